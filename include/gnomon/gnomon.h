@@ -1,0 +1,12 @@
+/* gnomon: pixel-perfect, alias-free hard shadows. Everything at once. */
+#ifndef GNOMON_GNOMON_H
+#define GNOMON_GNOMON_H
+
+#include <gnomon/device.h>
+#include <gnomon/image.h>
+#include <gnomon/method.h>
+#include <gnomon/procedural.h>
+#include <gnomon/scene.h>
+#include <gnomon/view.h>
+
+#endif

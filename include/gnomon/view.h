@@ -1,0 +1,106 @@
+/* Views: a camera's picture of a scene, frame after frame.
+ *
+ * gn_view_render() does the whole frame: G-buffer, visibility of each light, shading. The same
+ * passes can be called one by one, so that several methods share one G-buffer, or an engine brings
+ * its own G-buffer and takes only visibility (gn_scene_visibility()). */
+#ifndef GNOMON_VIEW_H
+#define GNOMON_VIEW_H
+
+#include <gnomon/method.h>
+#include <gnomon/scene.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What the camera sees, one value a pixel, rows from top to bottom, width * height floats a plane.
+ * Sky pixels have surface GN_NONE, and zero elsewhere. */
+typedef struct gn_gbuffer {
+    uint32_t width, height;
+    float *position[3];       /* world space */
+    float *normal[3];         /* geometric, unit length, towards the camera */
+    float *origin_error;      /* metres: how far the position may lie off its plane by rounding;
+                                 shadow rays start that far along the normal. >= 0 */
+    float *cone_width;        /* metres: ray cone width on the surface, after Hit (Equation 3) */
+    float *shading_normal[3]; /* interpolated, unit length, towards the camera */
+    float *motion[3];         /* where this surface point was one frame ago, minus where it is:
+                                 pixels to the right, pixels down, metres of depth */
+    float *depth;             /* metres along the camera's axis */
+    uint32_t *albedo;         /* sRGB, 0xAABBGGRR */
+    uint32_t *surface;        /* the same number for the same part of the same node */
+} gn_gbuffer;
+
+/* Milliseconds of the last frame, a pass. */
+typedef struct gn_timings {
+    double update, gbuffer, visibility, shade;
+} gn_timings;
+
+typedef struct gn_view_desc {
+    uint32_t cookie;
+    uint32_t width, height; /* pixels, [1, 16384], default 1920 x 1080 */
+    uint32_t samples;       /* a pixel, [1, 4096], default 1; more: a supersampled reference, camera
+                               jitter, geometry and all */
+} gn_view_desc;
+
+/* How visibility is found. */
+typedef struct gn_visibility_desc {
+    uint32_t cookie;
+    const gn_method *method; /* default gn_method_find("ray") */
+    uint32_t light;          /* index, default 0 */
+    bool rescale_alpha;      /* default true: mips keep the share of passing texels (R11); false:
+                                plain averages, for comparison */
+    float cutoff;            /* visibility under which a ray ends, [0, 0.5], default 0.01; what
+                                remains is rescaled to [0,1] */
+    float point_light_clip;  /* metres, >= 0, default 0: hits nearer to a point or spot light are
+                                ignored (a lamp modelled around its light) */
+} gn_visibility_desc;
+
+/* Optional facts about rays, one value a pixel each; any pointer may be NULL. */
+typedef struct gn_visibility_stats {
+    float *lod;     /* the coarsest level of detail read on the ray's way, in mips; 0 if none */
+    float *lookups; /* alpha lookups on the ray's way */
+    uint64_t rays;  /* out: rays traced */
+} gn_visibility_stats;
+
+/* Thread-safety: one thread at a time for each view; views of one committed scene may render at
+ * the same time. */
+typedef struct gn_view gn_view;
+
+GN_API gn_view_desc gn_view_desc_default(void);
+GN_API gn_visibility_desc gn_visibility_desc_default(void);
+
+GN_API gn_result gn_view_create(gn_device *device, const gn_view_desc *desc, gn_view **view);
+GN_API void gn_view_destroy(gn_view **view);
+
+/* One whole frame of a committed scene: G-buffer, visibility of the count lights, shaded image.
+ * desc->light is ignored. Remembers the camera and the nodes for the next frame's motion. */
+GN_API gn_result gn_view_render(gn_view *view, const gn_scene *scene, uint32_t camera,
+                                const gn_visibility_desc *desc, const uint32_t *lights,
+                                uint32_t light_count);
+
+/* Results of the last gn_view_render(); owned by the view, valid until its next call. */
+GN_API const gn_gbuffer *gn_view_gbuffer(const gn_view *view);
+GN_API const float *gn_view_visibility(const gn_view *view, uint32_t nth_light); /* [0,1] */
+GN_API const float *gn_view_image(const gn_view *view); /* linear RGB, 3 floats a pixel */
+GN_API gn_timings gn_view_timings(const gn_view *view);
+
+/* Forgets the frame before: motion of the next frame is zero. Call it at a camera cut. */
+GN_API void gn_view_reset_history(gn_view *view);
+
+/* The passes alone. gn_view_trace_gbuffer() fills the view's G-buffer and advances its history. */
+GN_API gn_result gn_view_trace_gbuffer(gn_view *view, const gn_scene *scene, uint32_t camera);
+
+/* Visibility of desc->light at each pixel of a G-buffer, the caller's own or a view's, into
+ * visibility (width * height floats in [0,1]; 0 where the surface faces away or is sky, beyond a
+ * light's range or outside its cone). Reads position, normal, origin_error, cone_width and
+ * surface. stats may be NULL.
+ * Implements steps 4 to 8 of sections 3.1 and 3.2 of the ray cone paper. */
+GN_API gn_result gn_scene_visibility(const gn_scene *scene, const gn_gbuffer *gbuffer,
+                                     const gn_visibility_desc *desc, float *visibility,
+                                     gn_visibility_stats *stats);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
