@@ -21,6 +21,12 @@ typedef struct gn_context {
     char message[1024];
 } gn_context;
 
+/* A device begins with its context. */
+static inline gn_context *gn_device_context(gn_device *device)
+{
+    return (gn_context *)device;
+}
+
 /* Messages ---------------------------------------------------------------------------------- */
 
 /* Records and logs an error; returns result, so that callers write `return gn_fail(...)`. */
