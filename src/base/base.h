@@ -15,9 +15,9 @@ typedef struct gn_context {
     gn_allocator allocator;
     gn_logger logger;
     gn_progress progress;
-    uint32_t threads;       /* resolved: >= 1 */
-    _Atomic size_t bytes;   /* held through gn_alloc */
-    pthread_mutex_t mutex;  /* guards message */
+    uint32_t threads;      /* resolved: >= 1 */
+    _Atomic size_t bytes;  /* held through gn_alloc */
+    pthread_mutex_t mutex; /* guards message */
     char message[1024];
 } gn_context;
 

@@ -213,10 +213,16 @@ float gn_floor(float x)
 #define K(x)  gn_splat(x)
 
 #if GN_DIALECT_C
-#define GN_FN           static inline
-#define GN_STRUCT(name) typedef struct name name; struct name
+#define GN_FN static inline
+#define GN_STRUCT(name)                                                                            \
+    typedef struct name name;                                                                      \
+    struct name
 #ifdef __cplusplus
-#define GN_MAKE2(name, a, b) name{a, b}
+#define GN_MAKE2(name, a, b)                                                                       \
+    name                                                                                           \
+    {                                                                                              \
+        a, b                                                                                       \
+    }
 #else
 #define GN_MAKE2(name, a, b) ((name){(a), (b)})
 #endif

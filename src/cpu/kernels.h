@@ -1,0 +1,80 @@
+/* The CPU device's inner loops, compiled once for each instruction set. */
+#ifndef GN_CPU_KERNELS_H
+#define GN_CPU_KERNELS_H
+
+#include <gnomon/view.h>
+
+#include "cpu/accel.h"
+
+#define GN_TILE   32u /* pixels a side; a tile is one thread's piece of work */
+#define GN_PACKET 16u /* rays a packet */
+
+/* Shadow rays as a tracer gets them, and its answer. Directions have unit length. */
+typedef struct gn_shadow_packet {
+    uint32_t count; /* <= GN_PACKET; lanes behind it hold copies of lane 0 */
+    float origin[3][GN_PACKET];
+    float direction[3][GN_PACKET]; /* towards the light */
+    float distance[GN_PACKET];     /* where the ray ends; INFINITY for a sun */
+    float cone_width[GN_PACKET];   /* at the origin, before Hit */
+    float cone_angle[GN_PACKET];
+    float visibility[GN_PACKET]; /* out: before the cutoff's rescaling; 0: blocked */
+    float lod[GN_PACKET];        /* out, where statistics are asked for */
+    float lookups[GN_PACKET];    /* out, likewise */
+} gn_shadow_packet;
+
+/* A way to answer shadow rays: the seam behind which the tree stands. */
+typedef struct gn_tracer {
+    const gn_accel *accel;
+    gn_alpha_rule rule;
+    bool rescaled;   /* read the mips that keep their share of passing texels */
+    bool statistics; /* fill lod and lookups; no early end, so that they do not depend on order */
+    int32_t depth_limit; /* optical depth (alpha.h) at which a ray ends */
+    void (*trace)(const struct gn_tracer *tracer, gn_shadow_packet *packet);
+} gn_tracer;
+
+typedef struct gn_visibility_job {
+    gn_tracer tracer;
+    const gn_gbuffer *gbuffer;
+    gn_light light;
+    float cos_outer; /* of a spot light's outer cone */
+    float cutoff, point_light_clip;
+    float *visibility;
+    float *lod, *lookups; /* may be NULL */
+} gn_visibility_job;
+
+/* A perspective or orthographic camera ready to make rays. */
+typedef struct gn_rays {
+    float origin[3], right[3], up[3], back[3]; /* right and up scaled to half the view's size at
+                                                   distance 1 (perspective) or as is */
+    bool orthographic;
+    float near;
+    float cone_width, cone_angle; /* of one pixel, where the ray starts */
+} gn_rays;
+
+typedef struct gn_gbuffer_job {
+    const gn_scene *scene;
+    const gn_accel *accel;
+    gn_rays now, before;
+    const float *world_before; /* 16 a node: matrices of the frame before */
+    float jitter[2];           /* pixels, where in the pixel the ray goes: 0.5 is the centre */
+    gn_gbuffer *gbuffer;
+} gn_gbuffer_job;
+
+typedef struct gn_kernels {
+    const char *name;
+    RTCFilterFunctionN intersect_filter, occluded_filter;
+    void (*trace)(const gn_tracer *tracer, gn_shadow_packet *packet);
+    void (*gbuffer_tile)(const gn_gbuffer_job *job, uint32_t tile);
+    uint64_t (*visibility_tile)(const gn_visibility_job *job, uint32_t tile); /* rays traced */
+} gn_kernels;
+
+extern const gn_kernels gn_kernels_scalar;
+extern const gn_kernels gn_kernels_avx2;
+extern const gn_kernels gn_kernels_avx512;
+
+static inline uint32_t gn_tiles_across(uint32_t pixels)
+{
+    return (pixels + GN_TILE - 1) / GN_TILE;
+}
+
+#endif

@@ -1,0 +1,37 @@
+#include "cpu/cpu.h"
+
+#include <math.h>
+#include <stdatomic.h>
+
+typedef struct run {
+    const gn_visibility_job *job;
+    _Atomic uint64_t rays;
+} run;
+
+static void run_tile(uint32_t tile, uint32_t thread, void *user)
+{
+    run *r = user;
+    (void)thread;
+    atomic_fetch_add(&r->rays, r->job->tracer.accel->kernels->visibility_tile(r->job, tile));
+}
+
+uint64_t gn_cpu_visibility(const gn_cpu *cpu, gn_visibility_job *job,
+                           const gn_visibility_desc *desc)
+{
+    job->tracer.rule = desc->method->alpha;
+    job->tracer.rescaled = desc->rescale_alpha;
+    job->tracer.statistics = job->lod || job->lookups;
+    /* A cutoff of 0 ends a ray where less than 8 bits can show is left. */
+    const double least = desc->cutoff > 0.0f ? (double)desc->cutoff : 1.0 / 65536.0;
+    job->tracer.depth_limit = (int32_t)(-log2(least) * 65536.0);
+    job->tracer.trace = job->tracer.accel->kernels->trace;
+    job->cutoff = desc->cutoff;
+    job->point_light_clip = desc->point_light_clip;
+    job->cos_outer = (float)cos((double)job->light.desc.outer_cone_angle);
+
+    run r = {.job = job, .rays = 0};
+    const uint32_t tiles =
+        gn_tiles_across(job->gbuffer->width) * gn_tiles_across(job->gbuffer->height);
+    gn_parallel_for(cpu->context, tiles, run_tile, &r);
+    return r.rays;
+}

@@ -1,0 +1,10 @@
+/* Commit: the scene floor resolves, the device updates its tree. */
+#include "render/device.h"
+
+gn_result gn_scene_commit(gn_scene *scene)
+{
+    gn_result result = gn_scene_resolve(scene);
+    if (result != GN_OK)
+        return result;
+    return gn_accel_update(scene, &scene->device->cpu);
+}
