@@ -64,6 +64,12 @@ static void shrink(float *texels, uint32_t width, uint32_t height)
     float *made = texels;
     for (uint32_t y = 0; y < smaller_height; y++) {
         const gn_taps taps_y = gn_box_taps(height, y);
+        if (width % 2 == 0 && height % 2 == 0) {
+            const float *upper = texels + (size_t)2 * y * width, *lower = upper + width;
+            for (uint32_t x = 0; x < smaller_width; x++, upper += 2, lower += 2)
+                *made++ = 0.25f * ((upper[0] + upper[1]) + (lower[0] + lower[1]));
+            continue;
+        }
         for (uint32_t x = 0; x < smaller_width; x++) {
             const gn_taps taps_x = gn_box_taps(width, x);
             float sum = 0;
@@ -77,9 +83,9 @@ static void shrink(float *texels, uint32_t width, uint32_t height)
     }
 }
 
-static uint8_t to_byte(double value)
+static uint8_t to_byte(float value)
 {
-    return (uint8_t)(value >= 255 ? 255 : value + 0.5);
+    return (uint8_t)(value >= 255 ? 255 : value + 0.5f);
 }
 
 /* Rescaling ---------------------------------------------------------------------------------- */
@@ -174,7 +180,7 @@ static void rescale(const float *averages, uint32_t width, size_t count, size_t 
             passes = order > border || (order == border && on_border > 0);
             on_border -= order == border && passes;
         }
-        const uint8_t value = to_byte(factor * averages[i]);
+        const uint8_t value = to_byte((float)factor * averages[i]);
         if (passes)
             out[i] = (uint8_t)(value < threshold ? threshold : value);
         else
@@ -186,14 +192,20 @@ static void rescale(const float *averages, uint32_t width, size_t count, size_t 
 
 #define QUADRANT_ROWS 8
 
-/* The share of a quarter of a texel where the bilinear interpolant is >= threshold: rows of samples
- * one way, exact the other. own, beside, below, across: this texel and its three neighbours. */
+/* The share of a quarter of a texel where the bilinear interpolant is >= threshold: exact along the
+ * axis on which it changes more, in rows of samples across. own, beside, below, across: this texel
+ * and its three neighbours. */
 static float quadrant_coverage(float own, float beside, float below, float across, float threshold)
 {
     const int passing =
         (own >= threshold) + (beside >= threshold) + (below >= threshold) + (across >= threshold);
     if (passing == 0 || passing == 4)
         return passing == 0 ? 0.0f : 1.0f;
+    if (fabsf(below - own) + fabsf(across - beside) > fabsf(beside - own) + fabsf(across - below)) {
+        const float swapped = below;
+        below = beside;
+        beside = swapped;
+    }
     float sum = 0;
     for (int row = 0; row < QUADRANT_ROWS; row++) {
         const float v = ((float)row + 0.5f) / (2 * QUADRANT_ROWS);
@@ -247,19 +259,9 @@ static size_t level_texels(const gn_alpha_map *map, uint32_t level)
     return (size_t)gn_level_size(map->width, level) * gn_level_size(map->height, level);
 }
 
-static void store_averages(gn_alpha_map *map, float *work)
-{
-    for (size_t i = 0; i < level_texels(map, 0); i++)
-        work[i] = map->averaged[0][i];
-    for (uint32_t level = 1; level < map->levels; level++) {
-        shrink(work, gn_level_size(map->width, level - 1), gn_level_size(map->height, level - 1));
-        for (size_t i = 0; i < level_texels(map, level); i++)
-            map->averaged[level][i] = to_byte(work[i]);
-    }
-}
-
-/* Averages again, since scaling bytes would round twice. */
-static void store_rescaled(gn_alpha_map *map, uint32_t threshold, float *work, uint32_t *keys)
+/* Averages, and the rescaled chain from the same floats, since scaling bytes would round twice.
+ * threshold 0: averages alone. */
+static void store_averages(gn_alpha_map *map, uint32_t threshold, float *work, uint32_t *keys)
 {
     const size_t total = level_texels(map, 0);
     size_t passing = 0;
@@ -270,8 +272,12 @@ static void store_rescaled(gn_alpha_map *map, uint32_t threshold, float *work, u
     for (uint32_t level = 1; level < map->levels; level++) {
         shrink(work, gn_level_size(map->width, level - 1), gn_level_size(map->height, level - 1));
         const size_t count = level_texels(map, level);
-        rescale(work, gn_level_size(map->width, level), count,
-                (2 * passing * count + total) / (2 * total), threshold, keys, map->rescaled[level]);
+        for (size_t i = 0; i < count; i++)
+            map->averaged[level][i] = to_byte(work[i]);
+        if (threshold > 0)
+            rescale(work, gn_level_size(map->width, level), count,
+                    (2 * passing * count + total) / (2 * total), threshold, keys,
+                    map->rescaled[level]);
     }
 }
 
@@ -310,7 +316,7 @@ gn_result gn_alpha_map_build(gn_context *context, const gn_texture *texture,
     /* A material that is opaque everywhere needs no map. */
     uint8_t alphas[256];
     for (int alpha = 0; alpha < 256; alpha++)
-        alphas[alpha] = to_byte((double)desc->base_color[3] * alpha);
+        alphas[alpha] = to_byte(desc->base_color[3] * (float)alpha);
     bool opaque = true;
     for (size_t i = 0; opaque && i < total; i++)
         opaque = alphas[texture ? texture->rgba[0][4 * i + 3] : 255] >= threshold;
@@ -331,14 +337,14 @@ gn_result gn_alpha_map_build(gn_context *context, const gn_texture *texture,
     uint8_t *rest = lay_out(&made, memory, made.averaged);
     for (size_t i = 0; i < total; i++)
         made.averaged[0][i] = alphas[texture ? texture->rgba[0][4 * i + 3] : 255];
-    store_averages(&made, work);
     if (tested) {
         rest = lay_out(&made, rest, made.rescaled);
         lay_out(&made, rest, made.coverage);
         memcpy(made.rescaled[0], made.averaged[0], total);
-        store_rescaled(&made, threshold, work, keys);
+        store_averages(&made, threshold, work, keys);
         store_coverage(&made, desc, work);
     } else {
+        store_averages(&made, 0, work, keys);
         memcpy(made.rescaled, made.averaged, sizeof made.rescaled);
         memcpy(made.coverage, made.averaged, sizeof made.coverage);
     }
