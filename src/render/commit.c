@@ -6,5 +6,8 @@ gn_result gn_scene_commit(gn_scene *scene)
     gn_result result = gn_scene_resolve(scene);
     if (result != GN_OK)
         return result;
-    return gn_accel_update(scene, &scene->device->cpu);
+    result = gn_accel_update(scene, &scene->device->cpu);
+    if (result == GN_OK)
+        scene->committed = scene->edits;
+    return result;
 }
