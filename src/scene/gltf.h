@@ -86,7 +86,7 @@ gn_result gn_gltf_make_list(gn_gltf *gltf, const cJSON *parent, const char *key,
 /* The extension's object of an item, NULL if it has none. */
 const cJSON *gn_gltf_extension(const cJSON *item, const char *name);
 
-/* Bytes (gltf_buffers.c). */
+/* Bytes (gltf_buffers.c). uri: what the file calls path; NULL for the file itself. */
 gn_result gn_gltf_read_file(gn_gltf *gltf, const char *path, const char *uri, gn_gltf_bytes *bytes);
 gn_result gn_gltf_resolve_uri(gn_gltf *gltf, const char *uri, gn_gltf_bytes *bytes);
 gn_result gn_gltf_view_bytes(gn_gltf *gltf, uint32_t view, gn_gltf_bytes *bytes);

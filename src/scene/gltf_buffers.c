@@ -1,62 +1,25 @@
 /* glTF: where bytes come from: files, data: URIs, buffers and buffer views. */
 #include "scene/gltf.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <limits.h>
-#include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
+
+#include "scene/file.h"
 
 /* Files ------------------------------------------------------------------------------------- */
 
-/* uri: what the file calls path, for the message; NULL for the file itself. */
-static gn_result fail_file(gn_gltf *gltf, const char *path, const char *uri, const char *reason)
-{
-    if (!uri)
-        return gn_fail(gltf->context, GN_ERROR_IO, "%s: cannot be read: %s", path, reason);
-    return gn_gltf_fail(gltf, GN_ERROR_IO, "\"%.200s\" cannot be read: %s (%.200s)", uri, reason,
-                        path);
-}
-
-static gn_result read_descriptor(gn_gltf *gltf, int descriptor, const char *path, const char *uri,
-                                 gn_gltf_bytes *bytes)
-{
-    struct stat status;
-    if (fstat(descriptor, &status) != 0)
-        return fail_file(gltf, path, uri, strerror(errno));
-    if (!S_ISREG(status.st_mode))
-        return fail_file(gltf, path, uri, "not a regular file");
-    const size_t size = (size_t)status.st_size;
-    uint8_t *data = gn_alloc(gltf->context, size, 1);
-    if (!data)
-        return fail_file(gltf, path, uri, "out of memory");
-    size_t done = 0;
-    while (done < size) {
-        const ssize_t step = read(descriptor, data + done, size - done);
-        if (step < 0 && errno == EINTR)
-            continue;
-        if (step <= 0) {
-            const char *reason = step < 0 ? strerror(errno) : "it became shorter meanwhile";
-            gn_free(gltf->context, data);
-            return fail_file(gltf, path, uri, reason);
-        }
-        done += (size_t)step;
-    }
-    *bytes = (gn_gltf_bytes){.data = data, .size = size, .owned = data};
-    return GN_OK;
-}
-
 gn_result gn_gltf_read_file(gn_gltf *gltf, const char *path, const char *uri, gn_gltf_bytes *bytes)
 {
-    /* O_NONBLOCK: a named pipe must not hold us up before it is refused. */
-    const int descriptor = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (descriptor < 0)
-        return fail_file(gltf, path, uri, strerror(errno));
-    const gn_result result = read_descriptor(gltf, descriptor, path, uri, bytes);
-    close(descriptor);
-    return result;
+    uint8_t *data = NULL;
+    uint64_t size = 0;
+    const char *reason = gn_file_read(gltf->context, path, &data, &size);
+    if (reason && !uri)
+        return gn_gltf_fail(gltf, GN_ERROR_IO, "it cannot be read: %s", reason);
+    if (reason)
+        return gn_gltf_fail(gltf, GN_ERROR_IO, "\"%.200s\" cannot be read: %s (%.200s)", uri,
+                            reason, path);
+    *bytes = (gn_gltf_bytes){.data = data, .size = size, .owned = data};
+    return GN_OK;
 }
 
 /* URIs -------------------------------------------------------------------------------------- */
@@ -113,14 +76,10 @@ static int hex_value(char letter)
     return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
 
-/* Writes folder and the percent-decoded URI into path; false where that is not possible. */
-static bool make_path(const char *file, const char *uri, char *path, size_t capacity)
+/* Percent-decodes a URI; false where it is malformed or does not fit. */
+static bool decode_percent(const char *uri, char *text, size_t capacity)
 {
-    const char *slash = strrchr(file, '/');
-    size_t size = slash && uri[0] != '/' ? (size_t)(slash - file) + 1 : 0;
-    if (size >= capacity)
-        return false;
-    memcpy(path, file, size);
+    size_t size = 0;
     while (*uri) {
         char letter = *uri++;
         if (letter == '%') {
@@ -133,9 +92,9 @@ static bool make_path(const char *file, const char *uri, char *path, size_t capa
         }
         if (size + 1 >= capacity)
             return false;
-        path[size++] = letter;
+        text[size++] = letter;
     }
-    path[size] = '\0';
+    text[size] = '\0';
     return true;
 }
 
@@ -151,8 +110,9 @@ gn_result gn_gltf_resolve_uri(gn_gltf *gltf, const char *uri, gn_gltf_bytes *byt
     if (!gltf->external)
         return gn_gltf_fail(gltf, GN_ERROR_UNSUPPORTED,
                             "\"%.200s\": a scene in memory cannot read files", uri);
-    char path[PATH_MAX];
-    if (!make_path(gltf->file, uri, path, sizeof path))
+    char relative[PATH_MAX], path[PATH_MAX];
+    if (!decode_percent(uri, relative, sizeof relative) ||
+        !gn_file_beside(gltf->file, relative, path, sizeof path))
         return gn_gltf_fail(gltf, GN_ERROR_FORMAT, "\"%.200s\" is not a valid URI", uri);
     return gn_gltf_read_file(gltf, path, uri, bytes);
 }

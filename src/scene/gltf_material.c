@@ -2,6 +2,7 @@
 #include "scene/gltf.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* Images ------------------------------------------------------------------------------------ */
@@ -29,15 +30,16 @@ static gn_result load_image(gn_gltf *gltf, uint32_t image, uint32_t *texture)
         GN_TRY(image_bytes(gltf, image, &bytes));
         gn_texture_desc desc = gn_texture_desc_default();
         desc.name = gn_gltf_name(gltf->images.items[image]);
+        char name[512];
+        snprintf(name, sizeof name, "%.250s: %s", gltf->file, gltf->where);
         uint8_t *pixels = NULL;
-        gn_result result = gn_image_decode(gltf->context, "its data", bytes.data, bytes.size,
-                                           &desc.width, &desc.height, &pixels);
+        gn_result result = gn_image_decode(gltf->context, name, bytes.data, bytes.size, &desc.width,
+                                           &desc.height, &pixels);
         gn_free(gltf->context, bytes.owned);
-        if (result == GN_OK) {
-            desc.rgba = pixels;
-            result = gn_scene_add_texture(gltf->scene, &desc, &gltf->image_textures[image]);
-            gn_free(gltf->context, pixels);
-        }
+        GN_TRY(result);
+        desc.rgba = pixels;
+        result = gn_scene_add_texture(gltf->scene, &desc, &gltf->image_textures[image]);
+        gn_free(gltf->context, pixels);
         if (result != GN_OK)
             return gn_gltf_refail(gltf, result);
     }
