@@ -1,0 +1,41 @@
+# In front of CMake, for people who want one word. Each target installs what it needs and builds
+# first (scripts/setup.sh).
+
+BUILD = build/release
+GNOMON = $(BUILD)/bin/gnomon
+PREFIX = /usr/local
+
+.PHONY: help build demo test bench format clean install
+
+help:
+	@echo "make demo      render the built-in scene with every method: out/demo/index.html"
+	@echo "make test      build and run the tests"
+	@echo "make bench     times, flicker and errors of the methods on the built-in scene"
+	@echo "make build     build into $(BUILD); the program is $(GNOMON)"
+	@echo "make install   install into PREFIX, $(PREFIX)"
+	@echo "make format    bring all C files into the project's style (clang-format)"
+	@echo "make clean     remove build/ and out/"
+
+build:
+	@scripts/setup.sh build
+	@[ -f $(BUILD)/build.ninja ] || cmake --preset release
+	@cmake --build $(BUILD)
+
+demo: build
+	@scripts/demo.sh $(GNOMON) out/demo
+
+test: build
+	@ctest --test-dir $(BUILD) --output-on-failure
+
+bench: build
+	@scripts/bench.sh $(GNOMON) out/bench
+
+install: build
+	cmake --install $(BUILD) --prefix $(PREFIX)
+
+format:
+	@scripts/setup.sh checks
+	@scripts/format.sh
+
+clean:
+	rm -rf build out
