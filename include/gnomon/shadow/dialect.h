@@ -264,7 +264,7 @@ GN_FN real gn_clamp(real x, real low, real high)
 GN_FN real gn_log2(real x)
 {
     lint e = (gn_bits(x) - 0x3f3504f3) >> 23;
-    real m = gn_from_bits(gn_bits(x) - (e << 23));
+    real m = gn_from_bits(gn_bits(x) - e * 0x800000); /* e << 23, defined for negative e as well */
     real s = (m - 1.0f) / (m + 1.0f);
     real s2 = s * s;
     real series = s2 * (s2 * (s2 * (s2 * 0.32059890f + 0.41219858f) + 0.57707801f) + 0.96179670f);
