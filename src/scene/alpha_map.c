@@ -222,30 +222,38 @@ static float quadrant_coverage(float own, float beside, float below, float acros
     return sum / QUADRANT_ROWS;
 }
 
-/* Into coverage, [0,255]. */
+/* Into coverage, [0,255]. passing: room for width + 2. */
 static void cover(const uint8_t *alpha, uint32_t width, uint32_t height,
-                  const gn_material_desc *desc, float *coverage)
+                  const gn_material_desc *desc, uint8_t *passing, float *coverage)
 {
     /* The texel of the threshold itself passes, whatever rounding makes of 255 * cutoff. */
-    const float threshold =
-        fminf(desc->alpha_cutoff * 255, (float)gn_alpha_threshold(desc->alpha_cutoff));
+    const uint32_t first = gn_alpha_threshold(desc->alpha_cutoff);
+    const float threshold = fminf(desc->alpha_cutoff * 255, (float)first);
     for (uint32_t y = 0; y < height; y++) {
         const uint8_t *rows[3];
         for (int j = 0; j < 3; j++)
             rows[j] = alpha + (size_t)wrap_texel(desc->wrap_v, (int64_t)y + j - 1, height) * width;
+        /* How many of three texels, one above the other, pass; most texels are like all eight
+         * around them, and need no more. */
+        for (uint32_t x = 0; x < width; x++)
+            passing[x + 1] =
+                (uint8_t)((rows[0][x] >= first) + (rows[1][x] >= first) + (rows[2][x] >= first));
+        const uint32_t left = wrap_texel(desc->wrap_u, -1, width);
+        const uint32_t right = wrap_texel(desc->wrap_u, width, width);
+        passing[0] = passing[left + 1];
+        passing[width + 1] = passing[right + 1];
         for (uint32_t x = 0; x < width; x++) {
-            float a[3][3];
-            for (int i = 0; i < 3; i++) {
-                const uint32_t column = (uint32_t)((int64_t)x + i - 1) < width
-                                            ? (uint32_t)((int64_t)x + i - 1)
-                                            : wrap_texel(desc->wrap_u, (int64_t)x + i - 1, width);
-                for (int j = 0; j < 3; j++)
-                    a[j][i] = rows[j][column];
+            const int around = passing[x] + passing[x + 1] + passing[x + 2];
+            if (around == 0 || around == 9) {
+                *coverage++ = around == 0 ? 0.0f : 255.0f;
+                continue;
             }
+            const uint32_t columns[] = {x > 0 ? x - 1 : left, x, x + 1 < width ? x + 1 : right};
             float sum = 0;
             for (int j = 0; j < 3; j += 2) {
                 for (int i = 0; i < 3; i += 2)
-                    sum += quadrant_coverage(a[1][1], a[1][i], a[j][1], a[j][i], threshold);
+                    sum += quadrant_coverage(rows[1][x], rows[1][columns[i]], rows[j][x],
+                                             rows[j][columns[i]], threshold);
             }
             *coverage++ = sum * (255.0f / 4);
         }
@@ -281,9 +289,11 @@ static void store_averages(gn_alpha_map *map, uint32_t threshold, float *work, u
     }
 }
 
-static void store_coverage(gn_alpha_map *map, const gn_material_desc *desc, float *work)
+/* passing: room for width + 2. */
+static void store_coverage(gn_alpha_map *map, const gn_material_desc *desc, uint8_t *passing,
+                           float *work)
 {
-    cover(map->averaged[0], map->width, map->height, desc, work);
+    cover(map->averaged[0], map->width, map->height, desc, passing, work);
     for (uint32_t level = 0; level < map->levels; level++) {
         if (level > 0)
             shrink(work, gn_level_size(map->width, level - 1),
@@ -342,7 +352,8 @@ gn_result gn_alpha_map_build(gn_context *context, const gn_texture *texture,
         lay_out(&made, rest, made.coverage);
         memcpy(made.rescaled[0], made.averaged[0], total);
         store_averages(&made, threshold, work, keys);
-        store_coverage(&made, desc, work);
+        /* The keys have done their work; their room is 2 * total + 4 bytes or more. */
+        store_coverage(&made, desc, (uint8_t *)keys, work);
     } else {
         store_averages(&made, 0, work, keys);
         memcpy(made.rescaled, made.averaged, sizeof made.rescaled);

@@ -36,9 +36,10 @@ static void fill_tables(srgb_tables *tables)
 
 static uint8_t encode(const srgb_tables *tables, float linear)
 {
-    const uint32_t bin = (uint32_t)(fminf(fmaxf(linear, 0), 1) * ENCODE_BINS);
+    const float clamped = linear < 1 ? linear : 1;
+    const uint32_t bin = (uint32_t)(clamped * ENCODE_BINS);
     uint32_t code = tables->start[bin < ENCODE_BINS ? bin : ENCODE_BINS - 1];
-    while (linear >= tables->border[code])
+    while (clamped >= tables->border[code])
         code++;
     return (uint8_t)code;
 }
@@ -51,7 +52,7 @@ static texel splat(float value)
     return (texel){value, value, value, value};
 }
 
-/* The average of a footprint. Colour counts by its alpha; where all is transparent, evenly. */
+/* The average of taps. Colour counts by its alpha; where all is transparent, evenly. */
 static texel average(const texel *source, uint32_t width, const gn_taps *x, const gn_taps *y)
 {
     texel weighted = splat(0), plain = splat(0);
