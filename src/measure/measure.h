@@ -26,8 +26,8 @@ double gn_measure_psnr(double mse, double peak);
 /* Change of visibility from one frame to the next where both see the same surface
  * (docs/metrics.md). */
 typedef struct gn_flicker {
-    double flicker; /* mean squared motion-compensated change */
-    double toggles; /* share of pixels that change by more than 0.5 */
+    double flicker;  /* mean squared motion-compensated change */
+    double toggles;  /* share of pixels that change by more than 0.5 */
     uint64_t pixels; /* compared */
 } gn_flicker;
 
