@@ -43,7 +43,7 @@ static inline size_t gn_chain_texels(uint32_t width, uint32_t height)
  * share levels (BLEND: all three are one). One allocation, at averaged[0], 64 bytes longer than
  * its texels: wide loads may read past the last. */
 typedef struct gn_alpha_map {
-    uint32_t width, height, levels; /* levels 0: no map, since every texel is opaque */
+    uint32_t width, height, levels;   /* levels 0: no map, since every texel is opaque */
     uint8_t *averaged[GN_MAX_LEVELS]; /* plain box averages; level 0 is the texture's alpha */
     uint8_t *rescaled[GN_MAX_LEVELS]; /* R11: share of texels >= cutoff as in level 0 */
     uint8_t *coverage[GN_MAX_LEVELS]; /* share of the texel's footprint where the test passes */
@@ -80,8 +80,8 @@ typedef struct gn_node {
                           set_node_matrix */
     uint32_t paths;    /* bit gn_animation_path: has a channel */
     float translation[3], rotation[4], scale[3]; /* desc's, or its channels' at the scene's time */
-    float local[16];   /* as of the last set_time / set_node_matrix */
-    float world[16];   /* as of the last commit; column major, affine */
+    float local[16];                             /* as of the last set_time / set_node_matrix */
+    float world[16];                             /* as of the last commit; column major, affine */
 } gn_node;
 
 typedef struct gn_channel {
@@ -91,7 +91,7 @@ typedef struct gn_channel {
 typedef struct gn_light {
     char *name;
     gn_light_desc desc;
-    uint32_t node;                    /* GN_NONE: the root */
+    uint32_t node;                   /* GN_NONE: the root */
     float position[3], direction[3]; /* world, as of the last commit; direction: of the light's
                                         travel, unit length */
 } gn_light;
@@ -125,9 +125,9 @@ struct gn_scene {
     uint32_t warning_count, warning_capacity;
 
     double time;
-    uint64_t edits, committed;       /* equal: nothing to commit */
-    uint64_t structure_version;      /* grows when nodes, meshes or materials are added */
-    uint64_t transform_version;      /* grows when a commit moved a node */
+    uint64_t edits, committed;  /* equal: nothing to commit */
+    uint64_t structure_version; /* grows when nodes, meshes or materials are added */
+    uint64_t transform_version; /* grows when a commit moved a node */
     float bounds_min[3], bounds_max[3];
 
     /* The device's acceleration structures for this scene, made at the first commit. */
@@ -161,7 +161,8 @@ gn_result gn_alpha_map_build(gn_context *context, const gn_texture *texture,
                              const gn_material_desc *desc, gn_alpha_map *map);
 void gn_alpha_map_free(gn_context *context, gn_alpha_map *map);
 
-/* The smallest and the largest stored value of a level in the texels [x0, x1] x [y0, y1], wrapped. */
+/* The smallest and the largest stored value of a level in the texels [x0, x1] x [y0, y1], wrapped.
+ */
 typedef struct gn_texel_range {
     uint8_t min, max;
 } gn_texel_range;
@@ -172,7 +173,8 @@ gn_texel_range gn_alpha_range(const uint8_t *level, uint32_t width, uint32_t hei
 uint32_t gn_alpha_threshold(float cutoff);
 
 /* Fills levels and rgba[1..] of a texture whose width, height and rgba[0] are set; rgba[0] has room
- * for gn_chain_texels() texels. Box filter; colour is averaged in linear light, weighted by alpha. */
+ * for gn_chain_texels() texels. Box filter; colour is averaged in linear light, weighted by alpha.
+ */
 gn_result gn_texture_build_mips(gn_context *context, gn_texture *texture);
 
 /* Importers: fill an empty scene; it is neither resolved nor committed. */
