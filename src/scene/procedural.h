@@ -207,7 +207,7 @@ void gn_canvas_stroke(gn_canvas *canvas, float x0, float y0, float r0, float x1,
 /* One leaf from its stalk at (x, y); angle: 0 is right, positive is down. */
 void gn_canvas_leaf(gn_canvas *canvas, gn_leaf kind, float x, float y, float angle, float length,
                     uint32_t color);
-/* Value noise in [0,1] with the given period in cells. */
+/* Value noise in [0,1] at x, y >= 0 with the given period in cells, a power of two. */
 float gn_noise(float x, float y, uint32_t period, uint32_t seed);
 /* Octaves of it, each twice as fine and half as strong; [0,1]. */
 float gn_noise_octaves(float u, float v, uint32_t period, uint32_t octaves, uint32_t seed);

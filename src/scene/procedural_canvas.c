@@ -173,11 +173,11 @@ static float lattice(uint32_t x, uint32_t y, uint32_t seed)
 
 float gn_noise(float x, float y, uint32_t period, uint32_t seed)
 {
-    float fx = floorf(x), fy = floorf(y);
-    int32_t cells = (int32_t)period;
-    uint32_t x0 = (uint32_t)((((int32_t)fx % cells) + cells) % cells), x1 = (x0 + 1) % period;
-    uint32_t y0 = (uint32_t)((((int32_t)fy % cells) + cells) % cells), y1 = (y0 + 1) % period;
-    float u = x - fx, v = y - fy;
+    int32_t column = (int32_t)x, row = (int32_t)y;
+    uint32_t last = period - 1;
+    uint32_t x0 = (uint32_t)column & last, x1 = (x0 + 1) & last;
+    uint32_t y0 = (uint32_t)row & last, y1 = (y0 + 1) & last;
+    float u = x - (float)column, v = y - (float)row;
     u = u * u * (3 - 2 * u);
     v = v * v * (3 - 2 * v);
     return gn_mix(gn_mix(lattice(x0, y0, seed), lattice(x1, y0, seed), u),

@@ -160,11 +160,23 @@ static uint32_t make_boxes(gn_maker *maker, const char *name, uint32_t material,
 static uint32_t make_obelisk(gn_maker *maker, const stones *stone)
 {
     gn_shape shape = gn_shape_begin(maker, stone->marble);
-    const float needle[4][2] = {{0.62f, 0.9f}, {0.42f, 5.8f}, {0.36f, 6.0f}, {0, 6.6f}};
+    const float needle[4][2] = {{0.55f, 0.92f}, {0.36f, 5.8f}, {0.3f, 6.0f}, {0, 6.6f}};
     gn_shape_box(&shape, (gn_vec){0, 0.12f, 0}, (gn_vec){1.5f, 0.12f, 1.5f}, 0, 2);
     gn_shape_box(&shape, (gn_vec){0, 0.36f, 0}, (gn_vec){1.1f, 0.12f, 1.1f}, 0, 2);
     gn_shape_box(&shape, (gn_vec){0, 0.7f, 0}, (gn_vec){0.7f, 0.22f, 0.7f}, 0, 2);
-    gn_shape_lathe(&shape, (gn_vec){0, 0, 0}, needle, 4, 4, 4, 1);
+    for (int k = 0; k < 3; k++) {
+        float low = needle[k][0], high = needle[k + 1][0], y0 = needle[k][1], y1 = needle[k + 1][1];
+        const float uv[4] = {0, 0, 1, 1};
+        for (int i = 0; i < 4; i++) {
+            float c = i == 0 ? 1 : i == 2 ? -1 : 0, s = i == 1 ? 1 : i == 3 ? -1 : 0;
+            /* The side that faces (s, c), from its left to its right. */
+            const gn_vec side[4] = {{low * (s - c), y0, low * (c + s)},
+                                    {low * (s + c), y0, low * (c - s)},
+                                    {high * (s + c), y1, high * (c - s)},
+                                    {high * (s - c), y1, high * (c + s)}};
+            gn_shape_quad(&shape, side, uv);
+        }
+    }
     return gn_make_mesh(maker, "Obelisk", &shape, 1);
 }
 
@@ -180,6 +192,12 @@ static uint32_t make_siege_tower(gn_maker *maker, const stones *stone)
         const float wheel[2] = {0.42f, 0.42f}, hub[2] = {0.08f, 0.08f};
         gn_shape_tube(&shapes[0], axle, wheel, 2, refine(maker, 20), 1);
         gn_shape_tube(&shapes[1], axle, hub, 2, refine(maker, 8), 1);
+        for (int k = 0; k < 3; k++) {
+            gn_vec spoke = {0, 0.41f * cosf(1.05f * (float)k), 0.41f * sinf(1.05f * (float)k)};
+            gn_vec middle = gn_vec_along(axle[0], 0.5f, gn_vec_sub(axle[1], axle[0]));
+            gn_shape_beam(&shapes[0], gn_vec_sub(middle, spoke), gn_vec_add(middle, spoke), 0.07f,
+                          0.07f, 1);
+        }
     }
     for (int floor = 0; floor < 3; floor++) {
         float y = 0.75f + 2.0f * (float)floor, half = 1.2f - 0.1f * (float)floor;
@@ -189,8 +207,9 @@ static uint32_t make_siege_tower(gn_maker *maker, const stones *stone)
                 gn_shape_box(&shapes[0],
                              (gn_vec){(float)side * (half - 0.06f), y + 0.3f + 0.34f * (float)k, 0},
                              (gn_vec){0.03f, 0.11f, half}, 0, 1);
-        gn_shape_beam(&shapes[0], (gn_vec){-half, y, half}, (gn_vec){half, y + 1.9f, half}, 0.1f,
-                      0.1f, 1);
+        if (floor < 2)
+            gn_shape_beam(&shapes[0], (gn_vec){-half, y, half}, (gn_vec){half, y + 1.9f, half},
+                          0.1f, 0.1f, 1);
     }
     for (int i = 0; i < 14; i++)
         gn_shape_box(&shapes[0], (gn_vec){0, 0.9f + 0.3f * (float)i, -1.12f},
@@ -263,15 +282,15 @@ static gn_vec spiral(int i)
 static void make_cameras(gn_maker *maker)
 {
     gn_make_camera(maker, "CamCourt", (gn_vec){-7.5f, 1.7f, 13}, (gn_vec){1.5f, 2.2f, -4}, 60);
-    gn_make_camera(maker, "CamColonnade", (gn_vec){15.2f, 1.7f, 13.5f}, (gn_vec){14.2f, 1.2f, 0},
+    gn_make_camera(maker, "CamColonnade", (gn_vec){-16.4f, 1.7f, 14.2f}, (gn_vec){-14.6f, 1.4f, 0},
                    60);
     gn_make_camera(maker, "CamTop", (gn_vec){-17, 13, 19}, (gn_vec){2, 0, -2}, 60);
     enum { KEYS = 41 };
     gn_vec eyes[KEYS], targets[KEYS];
     for (int i = 0; i < KEYS; i++) {
         float z = 12 - 14 * (float)i / (KEYS - 1);
-        eyes[i] = (gn_vec){10.2f, 1.7f, z};
-        targets[i] = (gn_vec){13.2f, 1.0f, z - 6};
+        eyes[i] = (gn_vec){-16, 1.7f, z};
+        targets[i] = (gn_vec){-14.8f, 1.1f, z - 6};
     }
     gn_make_moving_camera(maker, "CamWalk", eyes, targets, KEYS, 10, 60);
 }
@@ -304,7 +323,7 @@ void gn_make_court(gn_maker *maker)
                              (gn_vec){10.5f, 0.64f, 5}, 2),
         .obelisk = make_obelisk(maker, &stone)};
 
-    int courts = (int)fmax(maker->scale, 1);
+    int courts = (int)(fmax(maker->scale, 1) + 0.5);
     for (int i = 0; i < courts && maker->result == GN_OK; i++)
         put_court(maker, &part, spiral(i));
 

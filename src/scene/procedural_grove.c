@@ -99,11 +99,11 @@ static void make_ground(planting *grove)
     const strip plain = {-half, half, false}, north = {-half, -side, true};
     const strip road = {-side, side, true}, south = {side, half, true};
     gn_shape shapes[2] = {gn_shape_begin(maker, meadow), gn_shape_begin(maker, gravel)};
-    gn_shape_surface(&shapes[0], 24, 24, ground_surface, &plain, 16, 16);
+    gn_shape_surface(&shapes[0], 24, 24, ground_surface, &plain, 24, 24);
     grove->mesh[GROUND] = gn_make_mesh(maker, "Ground", shapes, 1);
-    gn_shape_surface(&shapes[0], 24, 11, ground_surface, &north, 16, 7.6f);
-    gn_shape_surface(&shapes[0], 24, 11, ground_surface, &south, 16, 7.6f);
-    gn_shape_surface(&shapes[1], 24, 2, ground_surface, &road, 24, 1.3f);
+    gn_shape_surface(&shapes[0], 24, 11, ground_surface, &north, 24, 11.4f);
+    gn_shape_surface(&shapes[0], 24, 11, ground_surface, &south, 24, 11.4f);
+    gn_shape_surface(&shapes[1], 24, 2, ground_surface, &road, 40, 2.1f);
     grove->mesh[ROAD] = gn_make_mesh(maker, "Road", shapes, 2);
 }
 
@@ -340,7 +340,7 @@ static void plant_middle(planting *grove)
         {OAK, -14, 5.5f, 1.3f, 1},          {BIRCH, 5.5f, 5.6f, 5.1f, 1},
         {LIME, 13, 6.0f, 0.7f, 1},          {ASH, 9.0f, -9.5f, 0.3f, 1},
         {OAK, 20, -9.5f, 4.2f, 1},          {OAK_SMALL, 0.5f, -5.5f, 3.3f, 0.9f},
-        {BIRCH_SMALL, -20, -4.8f, 2.2f, 1}, {LIME, -22, 7.0f, 5.5f, 0.95f},
+        {BIRCH_SMALL, -20, -4.8f, 2.2f, 1}, {BIRCH, -22, 6.0f, 5.5f, 0.95f},
         {LIME, -14.5f, -7.5f, 1.1f, 0.9f},  {BIRCH, 23, 6.5f, 1.9f, 1},
     };
     for (size_t i = 0; i < sizeof trees / sizeof *trees; i++)
@@ -375,7 +375,7 @@ static void plant_cell(planting *grove, int column, int row)
     float x = left + CELL * gn_random_range(&random, 0.1f, 0.9f);
     float z = top + CELL * gn_random_range(&random, 0.1f, 0.9f);
     float yaw = gn_random_range(&random, 0, 2 * GN_PI), size = gn_random_range(&random, 0.8f, 1.2f);
-    float patch = gn_noise(0.04f * x + 100, 0.04f * z + 100, 4096, grove->maker->seed);
+    float patch = gn_noise(0.04f * x + 1000, 0.04f * z + 1000, 4096, grove->maker->seed);
     float pick = gn_clamp(patch * 1.6f - 0.3f + gn_random_range(&random, -0.25f, 0.25f), 0, 0.999f);
     static const uint8_t mix[] = {FIR, BIRCH, BIRCH_SMALL, LIME, OAK, OAK_SMALL, ASH, BIRCH, LIME};
     uint32_t tree = mix[(size_t)(pick * (float)sizeof mix)];
@@ -391,8 +391,10 @@ static void plant_cell(planting *grove, int column, int row)
         yaw = gn_random_range(&random, 0, 2 * GN_PI);
         size = gn_random_range(&random, 0.75f, 1.3f);
         float chance = gn_random_range(&random, 0, 1);
-        if (chance < 0.05f && is_free(x, z, 0.8f) && !(middle && z < 1.5f))
-            plant(grove, chance < 0.025f ? BUSH : BUSH_WIDE, "Bush", x, z, yaw, size);
+        /* More undergrowth far out: it closes the horizon. */
+        float bushy = fmaxf(fabsf(x), fabsf(z)) > 30 ? 0.14f : 0.05f;
+        if (chance < bushy && is_free(x, z, 0.8f) && !(middle && z < 1.5f))
+            plant(grove, chance < 0.5f * bushy ? BUSH : BUSH_WIDE, "Bush", x, z, yaw, size);
         else if (chance < 0.08f && is_free(x, z, 0))
             plant(grove, ROCK, "Rock", x, z, yaw, 0.6f * size);
         else if (chance < 0.13f && is_free(x, z, -0.2f))

@@ -1,8 +1,8 @@
 /* A Cornell box, open in front, with a tree and a point light. */
 #include "scene/procedural.h"
 
-#define HALF     2.5f /* metres: the box is a cube */
-#define CLUSTERS 90.0 /* at scale 1 */
+#define HALF     2.5f  /* metres: the box is a cube */
+#define CLUSTERS 150.0 /* at scale 1 */
 
 /* A face of the box that looks inward. */
 static void add_wall(gn_maker *maker, const char *name, uint32_t color, gn_vec center, gn_vec right,
@@ -36,7 +36,7 @@ static uint32_t make_cluster(gn_maker *maker, uint32_t leaves, uint64_t stream)
 {
     gn_random random = gn_random_make(maker->seed, stream);
     gn_shape shape = gn_shape_begin(maker, leaves);
-    for (int i = 0; i < 60; i++) {
+    for (int i = 0; i < 36; i++) {
         gn_vec out = gn_random_direction(&random);
         gn_vec beside = gn_vec_beside(out), third = gn_vec_cross(out, beside);
         float roll = gn_random_range(&random, 0, GN_PI);
@@ -91,14 +91,14 @@ void gn_make_leafbox(gn_maker *maker)
 
     /* More clusters are smaller ones: the crown keeps its area of leaves. */
     uint32_t leaves = gn_make_material(maker, "leaves", GN_SURFACE_CUTOUT,
-                                       gn_make_texture_kind(maker, GN_TEXTURE_LIME), 0xffffff);
+                                       gn_make_texture_kind(maker, GN_TEXTURE_BIRCH), 0xffffff);
     const uint32_t clusters[2] = {make_cluster(maker, leaves, 2), make_cluster(maker, leaves, 3)};
     uint32_t count = (uint32_t)(CLUSTERS * maker->scale + 0.5);
     count = count > 0 ? count : 1;
-    float size = 0.62f / (float)sqrt(fmax(maker->scale, 0.05));
+    float size = 0.46f / (float)sqrt(fmax(maker->scale, 0.3));
     for (uint32_t i = 0; i < count; i++) {
         gn_vec tip = tips[i % TIPS];
-        float spread = i < TIPS ? 0.05f : 0.36f;
+        float spread = i < TIPS ? 0.05f : 0.42f;
         gn_vec at = gn_vec_along(tip, spread * cbrtf(gn_random_range(&random, 0, 1)),
                                  gn_random_direction(&random));
         gn_make_node(maker, "Twigs", tree, clusters[i % 2],
@@ -106,7 +106,7 @@ void gn_make_leafbox(gn_maker *maker)
                                 size * gn_random_range(&random, 0.85f, 1.15f)});
     }
 
-    gn_make_lamp(maker, (gn_vec){0.9f, 4.5f, 0.9f}, 0xffe9c8, 24, 30, true);
+    gn_make_lamp(maker, (gn_vec){0.9f, 4.2f, 0.9f}, 0xffe9c8, 20, 30, true);
     gn_make_camera(maker, "CamFront", (gn_vec){0, 2.5f, 8.2f}, (gn_vec){0, 2.4f, 0}, 40);
     gn_make_camera(maker, "CamUnder", (gn_vec){0.9f, 0.35f, 1.9f}, (gn_vec){-0.3f, 2.2f, -0.4f},
                    70);

@@ -8,8 +8,8 @@
 #define BAY  4.0f /* metres of railing from pillar to pillar */
 #define BAYS 11.0 /* up to scale 1 */
 
-/* From behind the railing, 40 degrees high. */
-static const gn_vec toward_sun = {0.32f, 0.643f, 0.696f};
+/* From behind the railing, 43 degrees high. */
+static const gn_vec toward_sun = {0.32f, 0.682f, 0.657f};
 
 typedef struct parts {
     uint32_t bay, banner, ground;
@@ -21,13 +21,14 @@ static uint32_t refine(const gn_maker *maker, uint32_t cells)
     return refined > 3 ? refined : 3;
 }
 
-/* A cloth that hangs from the railing and flares out over the ground; u across, v up. */
+/* A cloth drawn from the middle of the railing down to the ground in front; u across, v up. */
 static gn_vec banner_surface(float u, float v, const void *user)
 {
     (void)user;
-    float fall = 1 - v, wave = 0.05f * sinf(13 * u + 2 * v) + 0.03f * sinf(29 * u + 1);
-    return (gn_vec){2.6f * (0.5f - u), 0.05f + 0.95f * v + 0.25f * wave * fall,
-                    -0.10f - 0.55f * fall * sqrtf(fall) + 0.8f * wave * fall};
+    float fall = 1 - v, wave = 0.025f * sinf(11 * u + 2 * v) + 0.012f * sinf(27 * u + 1);
+    float sag = 0.28f * fall * v;
+    return (gn_vec){2.8f * (0.5f - u), 0.07f + 0.57f * v - 0.35f * sag + wave * (0.3f + fall),
+                    -0.06f - 1.05f * fall + 0.5f * wave * fall};
 }
 
 static gn_vec umbrella_surface(float u, float v, const void *user)
@@ -69,8 +70,12 @@ static uint32_t make_banner(gn_maker *maker, uint32_t cloth, uint32_t wood)
     gn_shape shapes[2] = {gn_shape_begin(maker, cloth), gn_shape_begin(maker, wood)};
     uint32_t cells = refine(maker, 28);
     gn_shape_surface(&shapes[0], cells, cells, banner_surface, NULL, 1, 1);
-    gn_shape_beam(&shapes[1], (gn_vec){-1.36f, 1, -0.1f}, (gn_vec){1.36f, 1, -0.1f}, 0.035f, 0.035f,
-                  1);
+    gn_shape_beam(&shapes[1], (gn_vec){-1.46f, 0.63f, -0.05f}, (gn_vec){1.46f, 0.63f, -0.05f},
+                  0.035f, 0.035f, 1);
+    /* Pegs that hold its lower corners. */
+    for (int side = -1; side <= 1; side += 2)
+        gn_shape_beam(&shapes[1], (gn_vec){1.4f * (float)side, 0, -1.13f},
+                      (gn_vec){1.4f * (float)side, 0.22f, -1.1f}, 0.03f, 0.03f, 1);
     return gn_make_mesh(maker, "Banner", shapes, 2);
 }
 
@@ -103,25 +108,28 @@ static void make_terrace(gn_maker *maker, uint32_t bay, uint32_t wood, uint32_t 
     mesh = gn_make_mesh(maker, "Umbrella", shapes, 2);
     gn_make_node(maker, "Umbrella", GN_NONE, mesh, (gn_place){{at.x, 2.4f, at.z}, 0, 1});
 
-    /* A roof on four posts, tilted towards the railing. */
+    /* A roof on four posts, open towards the railing. */
     at = gn_vec_along(line, 4.2f / toward_sun.y, toward_sun);
     gn_shape roof[3] = {gn_shape_begin(maker, tiles), gn_shape_begin(maker, wood),
                         gn_shape_begin(maker, masonry)};
     const float x = 2.3f, z = 1.3f, low = 3.95f, high = 4.45f;
-    const gn_vec top[4] = {{x, low, -z}, {-x, low, -z}, {-x, high, z}, {x, high, z}};
+    const gn_vec top[4] = {{x, high, -z}, {-x, high, -z}, {-x, low, z}, {x, low, z}};
     const gn_vec under[4] = {
-        {-x, low - 0.1f, -z}, {x, low - 0.1f, -z}, {x, high - 0.1f, z}, {-x, high - 0.1f, z}};
+        {-x, high - 0.1f, -z}, {x, high - 0.1f, -z}, {x, low - 0.1f, z}, {-x, low - 0.1f, z}};
     const float uv[4] = {0, 0, 3, 1.5f};
     gn_shape_quad(&roof[0], top, uv);
     gn_shape_quad(&roof[1], under, uv);
     for (int i = 0; i < 4; i++) {
         float px = i & 1 ? x - 0.2f : 0.2f - x, pz = i & 2 ? z - 0.2f : 0.2f - z;
-        float height = pz > 0 ? high - 0.2f : low;
+        float height = pz > 0 ? low : high - 0.2f;
         gn_shape_box(&roof[1], (gn_vec){px, height / 2, pz}, (gn_vec){0.07f, height / 2, 0.07f}, 0,
                      1);
         gn_shape_box(&roof[2], (gn_vec){px, 0.15f, pz}, (gn_vec){0.16f, 0.15f, 0.16f}, 0, 1);
-        gn_shape_beam(&roof[1], (gn_vec){i & 1 ? x : -x, low - 0.05f, -z},
-                      (gn_vec){i & 1 ? x : -x, high - 0.05f, z}, 0.08f, 0.1f, 1);
+    }
+    for (int side = -1; side <= 1; side += 2) {
+        float edge = x * (float)side;
+        gn_shape_beam(&roof[1], (gn_vec){edge, high - 0.05f, -z}, (gn_vec){edge, low - 0.05f, z},
+                      0.08f, 0.1f, 1);
     }
     mesh = gn_make_mesh(maker, "Roof", roof, 3);
     gn_make_node(maker, "Roof", GN_NONE, mesh, (gn_place){{at.x, 0, at.z}, 0, 1});
@@ -140,7 +148,7 @@ void gn_make_railing(gn_maker *maker)
     uint32_t iron = gn_make_material(maker, "iron", GN_SURFACE_SOLID, GN_NONE, 0x4a4c50);
 
     gn_shape shape = gn_shape_begin(maker, paving);
-    gn_shape_box(&shape, (gn_vec){0, -0.25f, 0}, (gn_vec){BAY / 2, 0.25f, 9}, 0, 2);
+    gn_shape_box(&shape, (gn_vec){0, -0.25f, 0}, (gn_vec){BAY / 2, 0.25f, 30}, 0, 2);
     parts part = {make_bay(maker, masonry, iron), make_banner(maker, cloth, wood),
                   gn_make_mesh(maker, "Ground", &shape, 1)};
 
@@ -162,7 +170,7 @@ void gn_make_railing(gn_maker *maker)
 
     gn_make_sun(maker, toward_sun, 3);
     gn_make_lamp(maker, (gn_vec){0.8f, 2.6f, 1.4f}, 0xffd9a0, 12, 30, false);
-    gn_make_camera(maker, "CamRailing", (gn_vec){-2.1f, 1.75f, -4.4f}, (gn_vec){0.1f, 0.45f, -0.8f},
+    gn_make_camera(maker, "CamRailing", (gn_vec){-1.9f, 1.5f, -3.1f}, (gn_vec){0.15f, 0.3f, -0.4f},
                    50);
     gn_make_camera(maker, "CamUmbrella", (gn_vec){9.8f, 1.8f, -6.6f}, (gn_vec){12.9f, 1.1f, 0}, 60);
     gn_make_camera(maker, "CamTop", (gn_vec){5, 9, -9}, (gn_vec){6.5f, 0, 0}, 60);

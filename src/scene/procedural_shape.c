@@ -149,8 +149,9 @@ void gn_shape_beam(gn_shape *shape, gn_vec from, gn_vec to, float width, float h
 {
     gn_vec axis = gn_vec_sub(to, from), z = gn_vec_unit(axis);
     gn_vec x = gn_vec_beside(z), y = gn_vec_cross(z, x);
+    /* The box's Y is the beam's axis, so that the grain runs along it. */
     oriented_box(shape, gn_vec_along(from, 0.5f, axis), gn_vec_scale(x, width / 2),
-                 gn_vec_scale(y, height / 2), gn_vec_scale(axis, 0.5f), tile);
+                 gn_vec_scale(axis, 0.5f), gn_vec_scale(y, -height / 2), tile);
 }
 
 void gn_shape_tube(gn_shape *shape, const gn_vec *points, const float *radii, uint32_t count,

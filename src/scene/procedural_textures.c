@@ -130,20 +130,20 @@ static gn_canvas draw_fir(gn_maker *maker)
 static gn_canvas draw_grass(gn_maker *maker, bool flowers)
 {
     gn_random random = gn_random_make(maker->seed, flowers ? 42 : 41);
-    gn_canvas canvas = gn_canvas_begin(maker, 256, 0x6a7d38);
+    gn_canvas canvas = gn_canvas_begin(maker, 256, 0x86964a);
     int blades = flowers ? 34 : 60;
     for (int i = 0; i < blades; i++) {
         float foot = gn_random_range(&random, 0.3f, 0.7f), lean = (foot - 0.5f) * 2.2f;
         lean += gn_random_range(&random, -0.25f, 0.25f);
         float height = gn_random_range(&random, 0.4f, 0.93f) * (1 - 0.35f * fabsf(lean));
         float width = gn_random_range(&random, 0.006f, 0.011f), x = foot, y = 1;
-        uint32_t color = gn_color_mix(0x566c2c, 0x9aa352, gn_random_range(&random, 0, 1));
+        uint32_t color = gn_color_mix(0x6c8238, 0xa8b060, gn_random_range(&random, 0, 1));
         for (int k = 1; k <= 10; k++) {
             float t = (float)k / 10, nx = foot + 0.55f * lean * t * t, ny = 1 - height * t;
             if (nx < 0.03f || nx > 0.97f)
                 break;
             gn_canvas_stroke(&canvas, x, y, width * (1.05f - t + 0.1f), nx, ny, width * (1.05f - t),
-                             gn_color_shade(color, 0.65f + 0.4f * t));
+                             gn_color_shade(color, 0.8f + 0.25f * t));
             x = nx;
             y = ny;
         }
@@ -207,7 +207,7 @@ static uint32_t meadow(float u, float v)
 
 static uint32_t gravel(float u, float v)
 {
-    float patch = gn_noise_octaves(u, v, 4, 3, 51), stone = gn_noise(u * 48, v * 48, 48, 53);
+    float patch = gn_noise_octaves(u, v, 4, 3, 51), stone = gn_noise(u * 64, v * 64, 64, 53);
     float fine = gn_noise_octaves(u, v, 64, 2, 57);
     uint32_t color = gn_color_mix(0x8f8268, 0xb9ab8c, patch);
     color = gn_color_mix(color, 0xcfc7b4, 0.5f * gn_smooth(0.62f, 0.8f, stone));
@@ -280,21 +280,32 @@ static uint32_t cloth(float u, float v)
     return gn_color_shade(color, weave);
 }
 
+typedef struct drawing {
+    gn_canvas canvas;
+    material_color color;
+} drawing;
+
+static void draw_row(uint32_t y, uint32_t thread, void *user)
+{
+    (void)thread;
+    const drawing *work = user;
+    float size = (float)work->canvas.size;
+    uint8_t *texel = work->canvas.rgba + 4 * (size_t)y * work->canvas.size;
+    for (uint32_t x = 0; x < work->canvas.size; x++, texel += 4) {
+        uint32_t color = work->color(((float)x + 0.5f) / size, ((float)y + 0.5f) / size);
+        texel[0] = (uint8_t)(color >> 16);
+        texel[1] = (uint8_t)(color >> 8);
+        texel[2] = (uint8_t)color;
+        texel[3] = 255;
+    }
+}
+
 static gn_canvas draw_material(gn_maker *maker, uint32_t size, material_color color)
 {
-    gn_canvas canvas = gn_canvas_begin(maker, size, 0);
-    for (uint32_t y = 0; y < size && maker->result == GN_OK; y++) {
-        for (uint32_t x = 0; x < size; x++) {
-            uint32_t value =
-                color(((float)x + 0.5f) / (float)size, ((float)y + 0.5f) / (float)size);
-            uint8_t *texel = canvas.rgba + 4 * ((size_t)y * size + x);
-            texel[0] = (uint8_t)(value >> 16);
-            texel[1] = (uint8_t)(value >> 8);
-            texel[2] = (uint8_t)value;
-            texel[3] = 255;
-        }
-    }
-    return canvas;
+    drawing work = {gn_canvas_begin(maker, size, 0), color};
+    if (maker->result == GN_OK)
+        gn_parallel_for(maker->context, size, draw_row, &work);
+    return work.canvas;
 }
 
 /* Everything by number ---------------------------------------------------------------------- */
@@ -332,10 +343,10 @@ uint32_t gn_make_texture_kind(gn_maker *maker, gn_texture_kind kind)
         [GN_TEXTURE_MEADOW] = {"meadow", .color = meadow, .size = 512},
         [GN_TEXTURE_GRAVEL] = {"gravel", .color = gravel, .size = 512},
         [GN_TEXTURE_STONE] = {"stone", .color = stone, .size = 256},
-        [GN_TEXTURE_MASONRY] = {"masonry", .color = masonry, .size = 512},
+        [GN_TEXTURE_MASONRY] = {"masonry", .color = masonry, .size = 256},
         [GN_TEXTURE_PLANKS] = {"planks", .color = planks, .size = 256},
         [GN_TEXTURE_SHINGLES] = {"shingles", .color = shingles, .size = 256},
-        [GN_TEXTURE_PAVING] = {"paving", .color = paving, .size = 512},
+        [GN_TEXTURE_PAVING] = {"paving", .color = paving, .size = 256},
         [GN_TEXTURE_CLOTH] = {"cloth", .color = cloth, .size = 512},
     };
     gn_canvas canvas;
