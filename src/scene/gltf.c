@@ -148,8 +148,8 @@ gn_result gn_gltf_index(gn_gltf *gltf, const cJSON *parent, const char *key,
     uint64_t index = 0;
     GN_TRY(integer(gltf, item, key, &index));
     if (index >= list->count)
-        return gn_gltf_fail(gltf, GN_ERROR_FORMAT, "%s %llu does not exist: the file has %u %ss",
-                            key, (unsigned long long)index, list->count, list->noun);
+        return gn_gltf_fail(gltf, GN_ERROR_FORMAT, "%s: there is no %s %llu, the count is %u", key,
+                            list->noun, (unsigned long long)index, list->count);
     *out = (uint32_t)index;
     return GN_OK;
 }
