@@ -1,0 +1,346 @@
+#include "picture.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *const gn_aov_names[] = {"visibility", "depth",    "normal", "shading_normal", "albedo",
+                                    "motion",     "position", "lod",    "lookups",        NULL};
+
+bool gn_aov_parse(const char *command, const char *list, uint32_t *set)
+{
+    *set = 0;
+    for (const char *start = list;; start++) {
+        char name[32];
+        const size_t length = strcspn(start, ",");
+        snprintf(name, sizeof name, "%.*s", (int)(length < 31 ? length : 31), start);
+        uint32_t aov = 0;
+        while (aov < GN_AOV_COUNT && strcmp(name, gn_aov_names[aov]) != 0)
+            aov++;
+        if (aov == GN_AOV_COUNT) {
+            char names[256] = "";
+            for (uint32_t i = 0; i < GN_AOV_COUNT; i++) {
+                strcat(names, i ? ", " : "");
+                strcat(names, gn_aov_names[i]);
+            }
+            gn_usage_error(command, "--aov: no '%s'; there are: %s", name, names);
+            return false;
+        }
+        *set |= 1u << aov;
+        start += length;
+        if (!*start)
+            return true;
+    }
+}
+
+void gn_settings_fill(gn_settings *settings, const gn_app *app, const char *method,
+                      uint32_t samples, double time)
+{
+    memset(settings, 0, sizeof *settings);
+    size_t used = 0;
+    for (uint32_t i = 0; i < app->light_count && used < sizeof settings->lights; i++) {
+        char number[32];
+        used += (size_t)snprintf(settings->lights + used, sizeof settings->lights - used, "%s%s",
+                                 i ? "," : "", gn_app_light_name(app, app->lights[i], number));
+    }
+    const struct {
+        const char *key, *value;
+    } texts[] = {{"scene", app->scene_name},
+                 {"camera", gn_app_camera_name(app, settings->camera)},
+                 {"lights", settings->lights},
+                 {"method", method}};
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
+        settings->attributes[settings->count++] = (gn_attribute){texts[i].key, texts[i].value};
+
+    static const char *const keys[] = {"version", "size", "spp", "time"};
+    char(*text)[32] = settings->text;
+    snprintf(text[0], 32, "%d.%d.%d", GN_VERSION_MAJOR, GN_VERSION_MINOR, GN_VERSION_PATCH);
+    snprintf(text[1], 32, "%ux%u", app->options.size[0], app->options.size[1]);
+    snprintf(text[2], 32, "%u", samples);
+    snprintf(text[3], 32, "%.9g", time);
+    for (int i = 0; i < 4; i++)
+        settings->attributes[settings->count++] = (gn_attribute){keys[i], text[i]};
+}
+
+bool gn_insert_suffix(gn_app *app, const char *path, const char *text, char *out, size_t size)
+{
+    const char *slash = strrchr(path, '/');
+    const char *dot = strrchr(slash ? slash : path, '.');
+    const size_t stem = dot ? (size_t)(dot - path) : strlen(path);
+    const int used = snprintf(out, size, "%.*s%s%s", (int)stem, path, text, path + stem);
+    return (used >= 0 && (size_t)used < size) ||
+           gn_app_error(app, "%s: the name is too long", path);
+}
+
+/* Colours ----------------------------------------------------------------------------------- */
+
+static uint8_t to_byte(float value)
+{
+    return (uint8_t)((value > 0 ? (value < 1 ? value : 1) : 0) * 255.0f + 0.5f);
+}
+
+void gn_heat_color(float value, uint8_t rgb[3])
+{
+    static const float stops[5][3] = {
+        {0, 0, 0}, {0.15f, 0.15f, 0.7f}, {0.85f, 0.15f, 0.2f}, {1, 0.8f, 0.1f}, {1, 1, 1}};
+    const float at = (value > 0 ? (value < 1 ? value : 1) : 0) * 4;
+    const int low = at < 3 ? (int)at : 3;
+    for (int c = 0; c < 3; c++)
+        rgb[c] = to_byte(stops[low][c] + (stops[low + 1][c] - stops[low][c]) * (at - (float)low));
+}
+
+/* PNG --------------------------------------------------------------------------------------- */
+
+bool gn_write_shaded(gn_app *app, const char *path, uint32_t width, uint32_t height,
+                     const float *image, const gn_settings *settings)
+{
+    const size_t values = (size_t)width * height * 3;
+    uint8_t *pixels = malloc(values);
+    if (!pixels)
+        return gn_app_error(app, "%s: out of memory", path);
+    gn_encode_srgb(image, pixels, values);
+    const bool good = gn_write_png(app->device, path, width, height, 3, pixels,
+                                   settings->attributes, settings->count) == GN_OK;
+    free(pixels);
+    return good;
+}
+
+/* Coarsest level and most lookups that the colours tell apart. */
+#define LOD_RANGE     8.0f
+#define LOOKUPS_RANGE 16.0f
+#define MOTION_RANGE  32.0f /* pixels to either side of grey */
+
+/* One AOV in a form made for looking; 3 bytes a pixel, or 1 for visibility and depth. */
+static void paint(const gn_frame *frame, gn_aov aov, uint32_t light, uint8_t *out)
+{
+    const gn_gbuffer *g = gn_view_gbuffer(frame->view);
+    const size_t pixels = (size_t)g->width * g->height;
+    const float *visibility = gn_view_visibility(frame->view, light);
+    const gn_scene_info info = gn_scene_get_info(frame->app->scene);
+    float nearest = INFINITY;
+    for (size_t i = 0; i < pixels && aov == GN_AOV_DEPTH; i++) {
+        if (g->surface[i] != GN_NONE && g->depth[i] > 0 && g->depth[i] < nearest)
+            nearest = g->depth[i];
+    }
+    for (size_t i = 0; i < pixels; i++) {
+        uint8_t *rgb = out + 3 * i;
+        const bool sky = g->surface[i] == GN_NONE;
+        switch (aov) {
+        case GN_AOV_VISIBILITY:
+            out[i] = to_byte(visibility[i]);
+            break;
+        case GN_AOV_DEPTH:
+            out[i] = sky || !(g->depth[i] > 0) ? 0 : to_byte(nearest / g->depth[i]);
+            break;
+        case GN_AOV_NORMAL:
+        case GN_AOV_SHADING_NORMAL: {
+            float *const *n = aov == GN_AOV_NORMAL ? g->normal : g->shading_normal;
+            for (int c = 0; c < 3; c++)
+                rgb[c] = sky ? 0 : to_byte(0.5f + 0.5f * n[c][i]);
+            break;
+        }
+        case GN_AOV_ALBEDO:
+            for (int c = 0; c < 3; c++)
+                rgb[c] = sky ? 0 : (uint8_t)(g->albedo[i] >> (8 * c));
+            break;
+        case GN_AOV_MOTION:
+            for (int c = 0; c < 2; c++)
+                rgb[c] = to_byte(0.5f + 0.5f * g->motion[c][i] / MOTION_RANGE);
+            rgb[2] = 128;
+            break;
+        case GN_AOV_POSITION:
+            for (int c = 0; c < 3; c++) {
+                const float extent = info.bounds_max[c] - info.bounds_min[c];
+                rgb[c] = sky || !(extent > 0)
+                             ? 0
+                             : to_byte((g->position[c][i] - info.bounds_min[c]) / extent);
+            }
+            break;
+        case GN_AOV_LOD:
+            gn_heat_color(frame->lod[light * pixels + i] / LOD_RANGE, rgb);
+            break;
+        case GN_AOV_LOOKUPS:
+            gn_heat_color(frame->lookups[light * pixels + i] / LOOKUPS_RANGE, rgb);
+            break;
+        case GN_AOV_COUNT:
+            break;
+        }
+    }
+}
+
+static bool depends_on_light(gn_aov aov)
+{
+    return aov == GN_AOV_VISIBILITY || aov == GN_AOV_LOD || aov == GN_AOV_LOOKUPS;
+}
+
+/* ".visibility", or ".visibility.Sun" where there are several lights. */
+static void aov_suffix(const gn_app *app, gn_aov aov, uint32_t light, char *text, size_t size)
+{
+    if (!depends_on_light(aov) || app->light_count == 1) {
+        snprintf(text, size, ".%s", gn_aov_names[aov]);
+        return;
+    }
+    char number[32];
+    int prefix = snprintf(text, size, ".%s.", gn_aov_names[aov]);
+    snprintf(text + prefix, size - (size_t)prefix, "%s",
+             gn_app_light_name(app, app->lights[light], number));
+    /* A light's name may hold anything; a file's may not. */
+    for (char *c = text + prefix; *c; c++) {
+        if (*c == '/' || (unsigned char)*c < 0x20)
+            *c = '_';
+    }
+}
+
+static bool add_file(cJSON *files, const char *path)
+{
+    if (files)
+        cJSON_AddItemToArray(files, cJSON_CreateString(path));
+    return true;
+}
+
+static bool write_aov(const gn_frame *frame, gn_aov aov, uint32_t light, const char *path,
+                      uint8_t *pixels, cJSON *files)
+{
+    const gn_gbuffer *g = gn_view_gbuffer(frame->view);
+    char suffix[320], name[4096];
+    aov_suffix(frame->app, aov, light, suffix, sizeof suffix);
+    if (!gn_insert_suffix(frame->app, path, suffix, name, sizeof name))
+        return false;
+    paint(frame, aov, light, pixels);
+    const uint32_t channels = aov == GN_AOV_VISIBILITY || aov == GN_AOV_DEPTH ? 1 : 3;
+    return gn_write_png(frame->app->device, name, g->width, g->height, channels, pixels,
+                        frame->settings->attributes, frame->settings->count) == GN_OK &&
+           add_file(files, name);
+}
+
+bool gn_frame_write_png(const gn_frame *frame, const char *path, cJSON *files)
+{
+    gn_app *app = frame->app;
+    const gn_gbuffer *g = gn_view_gbuffer(frame->view);
+    if (!gn_write_shaded(app, path, g->width, g->height, gn_view_image(frame->view),
+                         frame->settings))
+        return false;
+    add_file(files, path);
+    if (frame->aovs == 0)
+        return true;
+    uint8_t *pixels = malloc((size_t)g->width * g->height * 3);
+    bool good = pixels || gn_app_error(app, "%s: out of memory", path);
+    for (uint32_t aov = 0; aov < GN_AOV_COUNT && good; aov++) {
+        const uint32_t count = depends_on_light((gn_aov)aov) ? app->light_count : 1;
+        for (uint32_t light = 0; light < count && good && frame->aovs >> aov & 1; light++)
+            good = write_aov(frame, (gn_aov)aov, light, path, pixels, files);
+    }
+    free(pixels);
+    return good;
+}
+
+/* OpenEXR ----------------------------------------------------------------------------------- */
+
+typedef struct layer_list {
+    gn_layer *layers;
+    char (*names)[48];
+    uint32_t count;
+} layer_list;
+
+static gn_layer *add_layer(layer_list *list, const char *channels, int full_precision)
+{
+    gn_layer *layer = &list->layers[list->count];
+    layer->name = list->names[list->count++];
+    layer->channels = channels;
+    layer->stride = 1;
+    layer->full_precision = full_precision;
+    return layer;
+}
+
+static void add_planes(layer_list *list, const char *name, const char *channels,
+                       float *const planes[3], int full_precision)
+{
+    gn_layer *layer = add_layer(list, channels, full_precision);
+    snprintf(list->names[list->count - 1], sizeof *list->names, "%s", name);
+    for (int c = 0; channels[c]; c++)
+        layer->planes[c] = planes[c];
+}
+
+static void add_light_plane(layer_list *list, uint32_t light, const char *name, const float *plane)
+{
+    gn_layer *layer = add_layer(list, "Y", 0);
+    snprintf(list->names[list->count - 1], sizeof *list->names, "light%u.%s", light, name);
+    layer->planes[0] = plane;
+}
+
+/* albedo: 3 linear values a pixel, or NULL. */
+static void collect_layers(const gn_frame *frame, const float *albedo, layer_list *list)
+{
+    const gn_gbuffer *g = gn_view_gbuffer(frame->view);
+    const size_t pixels = (size_t)g->width * g->height;
+    const float *image = gn_view_image(frame->view);
+    const uint32_t aovs = frame->aovs;
+    gn_layer *shaded = add_layer(list, "RGB", 0);
+    shaded->stride = 3;
+    for (int c = 0; c < 3; c++)
+        shaded->planes[c] = image + c;
+    for (uint32_t l = 0; l < frame->app->light_count; l++) {
+        if (aovs >> GN_AOV_VISIBILITY & 1)
+            add_light_plane(list, l, "visibility", gn_view_visibility(frame->view, l));
+        if (frame->lod)
+            add_light_plane(list, l, "lod", frame->lod + l * pixels);
+        if (frame->lookups)
+            add_light_plane(list, l, "lookups", frame->lookups + l * pixels);
+    }
+    if (aovs >> GN_AOV_DEPTH & 1)
+        add_planes(list, "depth", "Z", (float *[3]){g->depth}, 1);
+    if (aovs >> GN_AOV_NORMAL & 1)
+        add_planes(list, "normal", "XYZ", g->normal, 0);
+    if (aovs >> GN_AOV_SHADING_NORMAL & 1)
+        add_planes(list, "shading_normal", "XYZ", g->shading_normal, 0);
+    if (aovs >> GN_AOV_MOTION & 1)
+        add_planes(list, "motion", "XYZ", g->motion, 1);
+    if (aovs >> GN_AOV_POSITION & 1)
+        add_planes(list, "position", "XYZ", g->position, 1);
+    if (albedo) {
+        gn_layer *layer = add_layer(list, "RGB", 0);
+        snprintf(list->names[list->count - 1], sizeof *list->names, "albedo");
+        layer->stride = 3;
+        for (int c = 0; c < 3; c++)
+            layer->planes[c] = albedo + c;
+    }
+}
+
+static float *linear_albedo(const gn_gbuffer *g)
+{
+    float table[256];
+    for (int i = 0; i < 256; i++) {
+        const float s = (float)i / 255.0f;
+        table[i] = s <= 0.04045f ? s / 12.92f : powf((s + 0.055f) / 1.055f, 2.4f);
+    }
+    const size_t pixels = (size_t)g->width * g->height;
+    float *albedo = malloc(pixels * 3 * sizeof *albedo);
+    for (size_t i = 0; albedo && i < pixels; i++) {
+        for (int c = 0; c < 3; c++)
+            albedo[3 * i + (size_t)c] = table[g->albedo[i] >> (8 * c) & 255];
+    }
+    return albedo;
+}
+
+bool gn_frame_write_exr(const gn_frame *frame, const char *path, cJSON *files)
+{
+    gn_app *app = frame->app;
+    const gn_gbuffer *g = gn_view_gbuffer(frame->view);
+    const bool wants_albedo = frame->aovs >> GN_AOV_ALBEDO & 1;
+    const size_t most = 3 * (size_t)app->light_count + GN_AOV_COUNT + 1;
+    layer_list list = {calloc(most, sizeof(gn_layer)), calloc(most, 48), 0};
+    float *albedo = wants_albedo ? linear_albedo(g) : NULL;
+    bool good = (list.layers && list.names && (albedo || !wants_albedo)) ||
+                gn_app_error(app, "%s: out of memory", path);
+    if (good) {
+        collect_layers(frame, albedo, &list);
+        good = gn_write_exr(app->device, path, g->width, g->height, list.layers, list.count,
+                            frame->settings->attributes, frame->settings->count) == GN_OK &&
+               add_file(files, path);
+    }
+    free(list.layers);
+    free(list.names);
+    free(albedo);
+    return good;
+}
