@@ -4,13 +4,15 @@
 BUILD = build/release
 GNOMON = $(BUILD)/bin/gnomon
 PREFIX = /usr/local
+METHODS = naive,ray-mip0,ray-test,ray-raw,ray-saturate,ray-coverage
 
 .PHONY: help build demo test bench format clean install
 
 help:
-	@echo "make demo      render the built-in scene with every method: out/demo/index.html"
+	@echo "make demo      render the built-in scene with every method into out/demo"
 	@echo "make test      build and run the tests"
-	@echo "make bench     times, flicker and errors of the methods on the built-in scene"
+	@echo "make bench     times, flicker and errors of the methods on the built-in scene, and on"
+	@echo "               grove.glb of the folder GNOMON_SCENES, if set"
 	@echo "make build     build into $(BUILD); the program is $(GNOMON)"
 	@echo "make install   install into PREFIX, $(PREFIX)"
 	@echo "make format    bring all C files into the project's style (clang-format)"
@@ -22,13 +24,16 @@ build:
 	@cmake --build $(BUILD)
 
 demo: build
-	@scripts/demo.sh $(GNOMON) out/demo
+	@$(GNOMON) demo -o out/demo
 
 test: build
 	@ctest --test-dir $(BUILD) --output-on-failure
 
 bench: build
-	@scripts/bench.sh $(GNOMON) out/bench
+	@for scene in grove $${GNOMON_SCENES:+"$$GNOMON_SCENES/grove.glb"}; do \
+		echo "== $$scene"; \
+		$(GNOMON) bench "$$scene" --methods $(METHODS) --frames 60 || exit 1; \
+	done
 
 install: build
 	cmake --install $(BUILD) --prefix $(PREFIX)
