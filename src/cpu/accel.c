@@ -25,6 +25,7 @@ static void accel_destroy(void *pointer)
     gn_free(context, accel->surfaces);
     gn_free(context, accel->first_surface);
     gn_free(context, accel->samplers);
+    gn_free(context, accel->texels);
     if (accel->rtc)
         rtcReleaseDevice(accel->rtc);
     gn_free(context, accel);
@@ -95,22 +96,50 @@ static bool number_surfaces(gn_accel *accel, const gn_scene *scene)
     return true;
 }
 
-static bool fill_samplers(gn_accel *accel, const gn_scene *scene)
+/* Copies the alpha of every masked material into one block, so that a level is 8 bytes to look up.
+ */
+static gn_result fill_samplers(gn_accel *accel, const gn_scene *scene)
 {
-    accel->samplers =
-        gn_alloc_zero(accel->context, (size_t)scene->material_count + 1, sizeof *accel->samplers);
-    for (uint32_t i = 0; accel->samplers && i < scene->material_count; i++) {
+    gn_context *context = accel->context;
+    const size_t count = (size_t)scene->material_count + 1;
+    size_t bytes = 1;
+    for (uint32_t i = 0; i < scene->material_count; i++)
+        if (scene->materials[i].alpha.levels > 0)
+            bytes += GN_CHAINS * gn_chain_texels(scene->materials[i].alpha.width,
+                                                 scene->materials[i].alpha.height);
+    if (bytes > UINT32_MAX)
+        return gn_fail(context, GN_ERROR_UNSUPPORTED,
+                       "the masked textures have more than 4 GB of texels");
+    accel->samplers = gn_alloc_zero(context, count, sizeof *accel->samplers);
+    accel->texels = gn_alloc_zero(context, bytes, 1);
+    if (!accel->samplers || !accel->texels)
+        return gn_fail(context, GN_ERROR_OUT_OF_MEMORY, "out of memory for %zu bytes of alpha",
+                       bytes);
+    size_t next = 0;
+    for (uint32_t i = 0; i < scene->material_count; i++) {
         const gn_material *material = &scene->materials[i];
+        const gn_alpha_map *map = &material->alpha;
         const bool blend = material->desc.alpha_mode == GN_ALPHA_BLEND;
-        accel->samplers[i] = (gn_alpha_sampler){
-            .map = &material->alpha,
-            .last_mip = material->alpha.levels > 0 ? (float)(material->alpha.levels - 1) : 0.0f,
-            .cutoff = blend ? 0.5f : material->desc.alpha_cutoff,
-            .blend = blend,
-            .wrap_u = material->desc.wrap_u,
-            .wrap_v = material->desc.wrap_v};
+        if (map->levels == 0)
+            continue;
+        gn_sampler *sampler = &accel->samplers[i];
+        *sampler = (gn_sampler){.cutoff = blend ? 0.5f : fmaxf(material->desc.alpha_cutoff, 1e-6f),
+                                .last_mip = (float)(map->levels - 1),
+                                .wrap_u = material->desc.wrap_u,
+                                .wrap_v = material->desc.wrap_v,
+                                .blend = blend};
+        uint8_t *const *const chains[GN_CHAINS] = {map->averaged, map->rescaled, map->coverage};
+        for (uint32_t chain = 0; chain < GN_CHAINS; chain++)
+            for (uint32_t level = 0; level < map->levels; level++) {
+                const uint32_t width = gn_level_size(map->width, level);
+                const uint32_t height = gn_level_size(map->height, level);
+                sampler->levels[chain][level] =
+                    (gn_level){(uint32_t)next, (uint16_t)width, (uint16_t)height};
+                memcpy(accel->texels + next, chains[chain][level], (size_t)width * height);
+                next += (size_t)width * height;
+            }
     }
-    return accel->samplers != NULL;
+    return GN_OK;
 }
 
 /* Parts of all flat nodes, a part's instances next to each other. */
@@ -239,13 +268,13 @@ static gn_result build(gn_accel *accel, const gn_scene *scene)
     accel->instances =
         gn_alloc_zero(context, (size_t)scene->node_count + 2, sizeof *accel->instances);
     gn_result result = GN_OK;
-    if (!places || !accel->trees || !accel->instances || !number_surfaces(accel, scene) ||
-        !fill_samplers(accel, scene)) {
+    if (!places || !accel->trees || !accel->instances || !number_surfaces(accel, scene)) {
         result = gn_fail(context, GN_ERROR_OUT_OF_MEMORY, "out of memory for %u nodes",
                          scene->node_count);
         goto done;
     }
-    if ((result = build_flat(accel, scene, places)) != GN_OK)
+    if ((result = fill_samplers(accel, scene)) != GN_OK ||
+        (result = build_flat(accel, scene, places)) != GN_OK)
         goto done;
     for (uint32_t i = 0; i < scene->node_count; i++) {
         const uint32_t mesh = scene->nodes[i].desc.mesh;

@@ -24,14 +24,22 @@ typedef struct gn_masked_triangle {
     uint32_t sampler;                 /* index into gn_accel.samplers */
 } gn_masked_triangle;
 
+/* Mip chains of a masked material (gn_alpha_map). */
+enum { GN_CHAIN_AVERAGED = 0, GN_CHAIN_RESCALED = 1, GN_CHAIN_COVERAGE = 2, GN_CHAINS = 3 };
+
+typedef struct gn_level {
+    uint32_t offset; /* into gn_accel.texels */
+    uint16_t width, height;
+} gn_level;
+
 /* The alpha of one material. */
-typedef struct gn_alpha_sampler {
-    const gn_alpha_map *map;
+typedef struct gn_sampler {
+    float cutoff; /* of the test, > 0; 0.5 for BLEND */
     float last_mip;
-    float cutoff; /* of the test; 0.5 for BLEND */
-    bool blend;
     gn_wrap wrap_u, wrap_v;
-} gn_alpha_sampler;
+    bool blend;
+    gn_level levels[GN_CHAINS][GN_MAX_LEVELS];
+} gn_sampler;
 
 /* Where a triangle of the tree comes from. surface: of the whole scene in the flat tree, counted
  * from 0 in a mesh's. */
@@ -78,8 +86,9 @@ typedef struct gn_accel {
     uint32_t instance_count;
     gn_surface *surfaces;
     uint32_t surface_count;
-    uint32_t *first_surface;    /* of each node; GN_NONE without a mesh */
-    gn_alpha_sampler *samplers; /* one a material */
+    uint32_t *first_surface; /* of each node; GN_NONE without a mesh */
+    gn_sampler *samplers;    /* one a material */
+    uint8_t *texels;         /* every chain of every masked material */
     const struct gn_kernels *kernels;
     const gn_tables *tables;
     uint64_t structure_version, transform_version;

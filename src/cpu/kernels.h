@@ -22,6 +22,19 @@ typedef struct gn_shadow_packet {
     float lookups[GN_PACKET];    /* out, likewise */
 } gn_shadow_packet;
 
+/* The ray query's context as the filters see it: Embree's own, and behind it ours. */
+typedef struct gn_query {
+    gn_rtc_context embree; /* must be first */
+    const gn_accel *accel;
+    float cone_width[GN_PACKET], cone_angle[GN_PACKET]; /* by ray id */
+    /* Shadow rays only. */
+    gn_alpha_rule rule;
+    bool rescaled, statistics;
+    int32_t depth_limit;
+    int32_t depth[GN_PACKET]; /* optical depth so far (alpha.h) */
+    float lod[GN_PACKET], lookups[GN_PACKET];
+} gn_query;
+
 /* A way to answer shadow rays: the seam behind which the tree stands. */
 typedef struct gn_tracer {
     const gn_accel *accel;
@@ -64,7 +77,6 @@ typedef struct gn_kernels {
     const char *name;
     RTCFilterFunctionN intersect_filter, occluded_filter;
     void (*trace)(const gn_tracer *tracer, gn_shadow_packet *packet);
-    void (*gbuffer_tile)(const gn_gbuffer_job *job, uint32_t tile);
     uint64_t (*visibility_tile)(const gn_visibility_job *job, uint32_t tile); /* rays traced */
 } gn_kernels;
 
