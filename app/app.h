@@ -58,7 +58,7 @@ extern const char *const gn_app_isa_names[]; /* in the order of gn_isa */
         GN_TEXT("light", 'l', "NAME|all", &(o).lights,                                             \
                 "light, by name or number, or all; default: those that are on"),                   \
         GN_SUN("sun", 0, &(o).sun, "a sun in place of the scene's lights, in degrees"),            \
-        GN_SIZE("size", 's', (o).size, "pixels"),                                                  \
+        GN_SIZE("size", 's', (o).size, "pixels, default 1920x1080"),                               \
         GN_FLAG("no-alpha-rescale", 0, &(o).no_alpha_rescale,                                      \
                 "plain averages as mips of alpha, for comparison")
 
