@@ -7,31 +7,33 @@
 #include "measure/measure.h"
 
 typedef struct gn_bench_options {
-    uint32_t frames, warm_up; /* measured frames, and frames before them */
-    uint32_t repeats;         /* runs a frame and method; the fastest counts */
-    double fps, start;        /* frame f is at start + f / fps seconds */
-    uint32_t reference;       /* samples a pixel of the reference; 0: none */
+    uint32_t frames, warm_up;  /* measured frames, and frames before them */
+    uint32_t repeats;          /* runs a frame and method; the fastest counts */
+    double fps, start;         /* frame f is at start + f / fps seconds */
+    uint32_t reference;        /* samples a pixel of the reference; 0: none */
     uint32_t reference_frames; /* how many frames get one, spread over the path */
 } gn_bench_options;
 
-/* What one method did. Index 0 .. method_count - 1, then the reference. */
+/* What one method did, over all frames. */
 typedef struct gn_bench_row {
     const char *name;
-    gn_spread visibility, per_frame_speedup; /* milliseconds; times the naive baseline's time */
-    double nanoseconds_per_ray, rays_per_pixel;
-    double wrong, mean_abs;   /* against tracing all with the same alpha rule */
-    double flicker, toggles;  /* docs/metrics.md */
-    double mse, mean;         /* against the reference; mean visibility of the same frames */
-    double noise;             /* median over frames of the slowest repeat over the fastest */
-    bool timed, steadiness;   /* false: not measured for this row */
+    bool timed;              /* false: the reference */
+    gn_spread visibility;    /* milliseconds a frame, each the fastest of its repeats */
+    double noise;            /* the slowest repeat over the fastest, median over the frames */
+    gn_spread speedup;       /* the baseline's time over this one's, frame by frame; 0 without */
+    double wrong, mean_abs;  /* against tracing all with the same alpha rule */
+    bool steady;             /* flicker and toggles were measured */
+    double flicker, toggles; /* docs/metrics.md */
+    double mse, mean;        /* against the reference; mean visibility of the same frames */
 } gn_bench_row;
 
 typedef struct gn_bench_result {
-    gn_bench_row rows[GN_APP_MAX_METHODS + 1];
+    gn_bench_row rows[GN_APP_MAX_METHODS + 1]; /* the reference, if on every frame, comes last */
     uint32_t count;
-    gn_spread gbuffer, shade, update; /* milliseconds a frame */
-    double reference_mean;
-    uint64_t rays; /* of one frame on average */
+    gn_spread gbuffer, update; /* milliseconds a frame */
+    uint32_t referenced;       /* frames that had a reference */
+    double reference_mean;     /* mean visibility */
+    uint64_t rays;             /* a frame, mean */
 } gn_bench_result;
 
 /* Runs it. methods: real ones, or the pseudo-method "naive". */

@@ -1,0 +1,227 @@
+/* gnomon bench: the table, as text and as JSON. */
+#include "bench.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define BASELINE "naive"
+#define RIVAL    "ray-mip0" /* what steadiness and error are held against */
+
+/* value / RIVAL's, or -1 where there is nothing to divide by. */
+static double ratio(double value, double rival)
+{
+    return rival > 0 ? value / rival : -1;
+}
+
+static void print_cell(double value, const char *format, int width)
+{
+    if (value < 0)
+        printf("%*s", width, "-");
+    else
+        printf(format, width, value);
+}
+
+static void print_table(const gn_app *app, const gn_bench_options *o, const gn_bench_result *result)
+{
+    const gn_bench_row *rival = gn_bench_find(result, RIVAL);
+    const gn_bench_row *naive = gn_bench_find(result, BASELINE);
+    const double rays = (double)result->rays;
+    char text[32];
+    printf("%s, camera %s, %u x %u, %u frames at %g a second, %u threads, %s\n", app->scene_name,
+           gn_app_camera_name(app, text), app->options.size[0], app->options.size[1], o->frames,
+           o->fps, gn_device_get_info(app->device).threads,
+           gn_device_get_info(app->device).isa_name);
+    printf("%.2f million shadow rays a frame; G-buffer %.1f ms, scene update %.2f ms\n\n",
+           rays * 1e-6, result->gbuffer.median, result->update.median);
+    printf("%-14s%9s%9s%9s%8s%8s%8s%8s", "", "ms", "min", "max", "ns/ray", "Mray/s", "x naive",
+           "/ mip0");
+    printf("%9s%8s%9s%8s", "flicker", "/ mip0", "toggles", "/ mip0");
+    printf(result->referenced ? "%9s%8s%8s\n" : "\n", "mse", "/ mip0", "mean");
+    for (uint32_t i = 0; i < result->count; i++) {
+        const gn_bench_row *row = &result->rows[i];
+        printf("%-14s", row->name);
+        print_cell(row->timed ? row->visibility.median : -1, "%*.1f", 9);
+        print_cell(row->timed ? row->visibility.min : -1, "%*.1f", 9);
+        print_cell(row->timed ? row->visibility.max : -1, "%*.1f", 9);
+        print_cell(row->timed ? ratio(row->visibility.median * 1e6, rays) : -1, "%*.1f", 8);
+        print_cell(row->timed ? ratio(rays, row->visibility.median * 1e3) : -1, "%*.2f", 8);
+        print_cell(naive && row->timed ? row->speedup.median : -1, "%*.2f", 8);
+        print_cell(rival && row->timed ? ratio(row->visibility.median, rival->visibility.median)
+                                       : -1,
+                   "%*.2f", 8);
+        print_cell(row->steady ? row->flicker * 1e3 : -1, "%*.3f", 9);
+        print_cell(rival && row->steady ? ratio(row->flicker, rival->flicker) : -1, "%*.3f", 8);
+        print_cell(row->steady ? row->toggles * 1e3 : -1, "%*.3f", 9);
+        print_cell(rival && row->steady ? ratio(row->toggles, rival->toggles) : -1, "%*.3f", 8);
+        if (result->referenced) {
+            print_cell(row->timed ? row->mse * 1e3 : -1, "%*.3f", 9);
+            print_cell(rival && row->timed ? ratio(row->mse, rival->mse) : -1, "%*.3f", 8);
+            print_cell(row->mean, "%*.4f", 8);
+        }
+        printf("\n");
+    }
+    printf("\nflicker, toggles and mse are in 1/1000.");
+    if (result->referenced)
+        printf(" The reference has %u samples a pixel on %u frames.", o->reference,
+               result->referenced);
+    printf("\n");
+    for (uint32_t i = 0; i < result->count; i++)
+        if (result->rows[i].timed && result->rows[i].noise > 1.15) {
+            printf("The machine was busy: repeats of %s differ by a factor of %.2f.\n",
+                   result->rows[i].name, result->rows[i].noise);
+            break;
+        }
+}
+
+static void add_spread(cJSON *json, const char *prefix, gn_spread spread)
+{
+    char key[64];
+    const struct {
+        const char *name;
+        double value;
+    } parts[] = {{"median", spread.median}, {"min", spread.min}, {"max", spread.max}};
+    for (int i = 0; i < 3; i++) {
+        snprintf(key, sizeof key, "%s_%s", prefix, parts[i].name);
+        cJSON_AddNumberToObject(json, key, parts[i].value);
+    }
+}
+
+static void add_method(cJSON *methods, const gn_bench_result *result, const gn_bench_row *row,
+                       double pixels)
+{
+    const gn_bench_row *rival = gn_bench_find(result, RIVAL);
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddItemToArray(methods, json);
+    cJSON_AddStringToObject(json, "name", row->name);
+    if (row->timed) {
+        add_spread(json, "ms", row->visibility);
+        cJSON_AddNumberToObject(json, "noise", row->noise);
+        cJSON *passes = cJSON_AddObjectToObject(json, "passes");
+        add_spread(cJSON_AddObjectToObject(passes, "gbuffer"), "ms", result->gbuffer);
+        add_spread(cJSON_AddObjectToObject(passes, "trace"), "ms", row->visibility);
+        cJSON_AddNumberToObject(json, "rays_per_pixel", (double)result->rays / pixels);
+        cJSON_AddNumberToObject(json, "ns_per_ray",
+                                row->visibility.median * 1e6 / (double)result->rays);
+        cJSON_AddNumberToObject(json, "rays_per_second",
+                                (double)result->rays / row->visibility.median * 1e3);
+        cJSON_AddNumberToObject(json, "wrong_pixels", row->wrong);
+        cJSON_AddNumberToObject(json, "mean_abs", row->mean_abs);
+        /* Against tracing all with the same alpha rule; plain rays are that themselves. */
+        const bool naive = strcmp(row->name, BASELINE) == 0;
+        const double speedup =
+            naive ? rival ? ratio(rival->visibility.median, row->visibility.median) : -1 : 1;
+        if (speedup >= 0)
+            cJSON_AddNumberToObject(json, "speedup", speedup);
+        if (row->speedup.median > 0) {
+            cJSON_AddNumberToObject(json, "speedup_naive", row->speedup.median);
+            cJSON_AddNumberToObject(json, "speedup_naive_min", row->speedup.min);
+        }
+        if (rival)
+            cJSON_AddNumberToObject(json, "ms_ratio",
+                                    ratio(row->visibility.median, rival->visibility.median));
+    }
+    if (row->steady) {
+        cJSON_AddNumberToObject(json, "flicker", row->flicker);
+        cJSON_AddNumberToObject(json, "toggles", row->toggles);
+        if (rival) {
+            cJSON_AddNumberToObject(json, "flicker_ratio", ratio(row->flicker, rival->flicker));
+            cJSON_AddNumberToObject(json, "toggles_ratio", ratio(row->toggles, rival->toggles));
+        }
+    }
+    if (result->referenced) {
+        if (row->timed) {
+            cJSON_AddNumberToObject(json, "mse", row->mse);
+            if (rival)
+                cJSON_AddNumberToObject(json, "mse_ratio", ratio(row->mse, rival->mse));
+        }
+        cJSON_AddNumberToObject(json, "mean_visibility", row->mean);
+    }
+}
+
+static cJSON *make_json(const gn_app *app, const gn_bench_options *o, const gn_bench_result *result)
+{
+    const double pixels = (double)app->options.size[0] * app->options.size[1];
+    cJSON *json = gn_app_json(app);
+    cJSON_AddNumberToObject(json, "frames", o->frames);
+    cJSON_AddNumberToObject(json, "fps", o->fps);
+    cJSON_AddNumberToObject(json, "repeats", o->repeats);
+    cJSON_AddNumberToObject(json, "instanced_triangles", (double)app->info.instanced_triangles);
+    cJSON_AddNumberToObject(json, "rays", (double)result->rays);
+    add_spread(json, "update_ms", result->update);
+    if (result->referenced) {
+        cJSON *reference = cJSON_AddObjectToObject(json, "reference");
+        cJSON_AddNumberToObject(reference, "samples", o->reference);
+        cJSON_AddNumberToObject(reference, "frames", result->referenced);
+        cJSON_AddNumberToObject(reference, "mean_visibility", result->reference_mean);
+    }
+    cJSON *methods = cJSON_AddArrayToObject(json, "methods");
+    for (uint32_t i = 0; i < result->count; i++)
+        add_method(methods, result, &result->rows[i], pixels);
+    return json;
+}
+
+int gn_app_bench(int argc, char **argv)
+{
+    static const char *const names[] = {"SCENE", NULL};
+    static const char *const pseudo[] = {BASELINE, NULL};
+    static const char *const notes[] = {
+        "Methods take turns on the same frames. A frame's time is the fastest of its repeats; the",
+        "table has the median, least and most over the frames. 'naive' is the baseline: one ray at",
+        "a time, an instance a node, alpha test in mip 0. Ratios are to ray-mip0.", NULL};
+    const gn_usage usage = {
+        "bench",
+        "time, steadiness and error of methods on the frames of one camera",
+        "SCENE [options]",
+        names,
+        notes,
+        {"gnomon bench grove --camera CamWalk --frames 60 --reference 64",
+         "gnomon bench scene.glb --methods naive,ray-mip0,ray-saturate --json > result.json"}};
+    gn_app_options common = gn_app_options_default();
+    gn_bench_options bench = {
+        .frames = 12, .warm_up = 1, .repeats = 3, .fps = 60, .reference_frames = 3};
+    const char *list = "naive,ray-mip0,ray-test,ray-saturate,ray-raw,ray-coverage", *path = NULL;
+    const gn_option options[] = {
+        GN_TEXT("methods", 'm', "A,B,...", &list, "methods to run; default: all, and naive"),
+        GN_COUNT("frames", 'f', "N", &bench.frames, 1, 100000, "frames to measure, default 12"),
+        GN_REAL("fps", 0, "N", &bench.fps, 0.001, 100000,
+                "frames a second of the animation, default 60"),
+        GN_COUNT("repeats", 'r', "N", &bench.repeats, 1, 1000,
+                 "runs of each method a frame, default 3"),
+        GN_COUNT("warm-up", 0, "N", &bench.warm_up, 0, 1000, "frames before the first, default 1"),
+        GN_TEXT("path", 0, "CAMERA", &path, "the camera whose animation is the path; as --camera"),
+        GN_COUNT("reference", 0, "SPP", &bench.reference, 0, 4096,
+                 "also measure error against SPP samples a pixel; default 0: not"),
+        GN_COUNT("reference-frames", 0, "N", &bench.reference_frames, 1, 100000,
+                 "frames that get a reference, default 3; with all, its steadiness is shown too"),
+        GN_APP_SHOT_OPTIONS(common),
+        GN_APP_TIME_OPTION(common),
+        GN_APP_DEVICE_OPTIONS(common),
+        GN_OPTIONS_END};
+    const char *name;
+    int code = gn_options_parse(&usage, options, argc, argv, &name);
+    if (code != GN_GO_ON)
+        return code;
+    gn_app_method methods[GN_APP_MAX_METHODS];
+    const uint32_t count = gn_app_parse_methods("bench", list, pseudo, methods);
+    if (count == 0)
+        return GN_EXIT_USAGE;
+    if (path)
+        common.camera = path;
+    bench.start = common.time;
+
+    gn_app app = {0};
+    gn_bench_result result;
+    bool good = gn_app_open(&app, "bench", &common) && gn_app_load(&app, name) &&
+                gn_app_choose(&app) && gn_bench_run(&app, &bench, methods, count, &result);
+    if (good) {
+        if (common.json)
+            good = gn_app_print_json(&app, make_json(&app, &bench, &result));
+        else
+            print_table(&app, &bench, &result);
+    }
+    if (good && (fflush(stdout) != 0 || ferror(stdout)))
+        good = gn_app_error(&app, "standard output: cannot write");
+    code = good ? GN_EXIT_OK : gn_app_fail(&app);
+    gn_app_close(&app);
+    return code;
+}
