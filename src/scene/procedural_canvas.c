@@ -105,23 +105,27 @@ void gn_canvas_stroke(gn_canvas *canvas, float x0, float y0, float r0, float x1,
     }
 }
 
+/* 0 at both ends of [0,1], 1 in the middle; skew moves the middle, power fills the ends. */
+static float bow(float t, float skew, float power)
+{
+    return powf(fmaxf(sinf(GN_PI * powf(t, skew)), 0), power);
+}
+
 /* Half the width of a leaf at t along its axis, in leaf lengths. */
 static float leaf_width(gn_leaf kind, float t)
 {
     t = gn_clamp(t, 0, 1);
     switch (kind) {
     case GN_LEAF_LOBED:
-        return 0.31f * powf(sinf(GN_PI * powf(t, 1.2f)), 0.65f) *
-               (0.80f + 0.20f * cosf(2 * GN_PI * (4 * t - 0.15f)));
+        return 0.31f * bow(t, 1.2f, 0.65f) * (0.8f + 0.2f * cosf(2 * GN_PI * (4 * t - 0.15f)));
     case GN_LEAF_NARROW:
-        return 0.15f * powf(sinf(GN_PI * powf(t, 0.8f)), 0.9f);
+        return 0.15f * bow(t, 0.8f, 0.9f);
     case GN_LEAF_BROAD:
-        return 0.44f * powf(sinf(GN_PI * powf(t, 0.62f)), 0.8f) *
-               (0.93f + 0.07f * cosf(2 * GN_PI * 5 * t));
+        return 0.44f * bow(t, 0.62f, 0.8f) * (0.93f + 0.07f * cosf(2 * GN_PI * 5 * t));
     case GN_LEAF_OVATE:
         break;
     }
-    return 0.30f * powf(sinf(GN_PI * powf(t, 0.72f)), 0.95f);
+    return 0.3f * bow(t, 0.72f, 0.95f);
 }
 
 void gn_canvas_leaf(gn_canvas *canvas, gn_leaf kind, float x0, float y0, float angle, float length,
