@@ -119,9 +119,8 @@ static void add_part(gn_glb *w, const gn_part *part, cJSON *primitives)
         add_accessor(w, data, ARRAY_BUFFER, FLOAT, "VEC3", &accessor);
         gn_glb_put_number(w, attributes, "NORMAL", accessor);
     }
-    /* A material with a texture needs coordinates, if only zeros. */
-    bool textured = w->scene->materials[part->material].desc.texture != GN_NONE;
-    if (part->uvs || textured) {
+    /* A texture needs coordinates, if only zeros; without a texture nobody reads them. */
+    if (w->scene->materials[part->material].desc.texture != GN_NONE) {
         data = (gn_glb_piece){part->uvs ? GN_GLB_PLAIN : GN_GLB_ZERO, part->uvs, vertices, 8};
         add_accessor(w, data, ARRAY_BUFFER, FLOAT, "VEC2", &accessor);
         gn_glb_put_number(w, attributes, "TEXCOORD_0", accessor);
