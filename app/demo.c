@@ -1,0 +1,356 @@
+/* gnomon demo: built-in scenes with every method, as pictures, a table and a page. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "measure/measure.h"
+#include "scene/scene.h"
+#include "app.h"
+#include "demo.h"
+#include "picture.h"
+
+#define RUNS              3
+#define REFERENCE_SAMPLES 16
+#define FRAMES            12
+#define FPS               30.0
+
+/* What is shown, and where the enlarged frame starts: a share of width and height. */
+static const struct shown {
+    const char *name, *camera;
+    double spot[2];
+} shown_scenes[] = {{"grove", "CamRoad", {0.5, 0.75}}, {"leafbox", "CamFront", {0.4, 0.9}}};
+
+#define SCENE_COUNT (sizeof shown_scenes / sizeof *shown_scenes)
+
+/* What is known of one method on one scene. */
+typedef struct entry {
+    const gn_method *method;
+    double ms[RUNS];
+    gn_spread spread;
+    uint64_t rays;
+    gn_difference difference; /* from the reference, first light */
+    double flicker, toggles;  /* sums over frames, weighted by pixels */
+    gn_flicker_state state;
+} entry;
+
+typedef struct show {
+    gn_app app;
+    const struct shown *shown;
+    const char *folder;
+    size_t pixels;
+    gn_view *view;
+    float *planes; /* one a light */
+    entry entries[GN_APP_MAX_METHODS];
+    uint32_t count;
+    uint64_t flicker_pixels;
+} show;
+
+static bool write_picture(show *s, const gn_view *view, const char *method, uint32_t samples,
+                          cJSON *methods)
+{
+    char file[128], path[4096];
+    gn_settings settings;
+    snprintf(file, sizeof file, "%s.%s.png", s->shown->name, method);
+    if (snprintf(path, sizeof path, "%s/%s", s->folder, file) >= (int)sizeof path)
+        return gn_app_error(&s->app, "%s: the name is too long", s->folder);
+    gn_settings_fill(&settings, &s->app, method, samples, 0);
+    if (!gn_write_shaded(&s->app, path, s->app.options.size[0], s->app.options.size[1],
+                         gn_view_image(view), &settings))
+        return false;
+    cJSON *item = cJSON_CreateObject();
+    cJSON_AddStringToObject(item, "name", method);
+    cJSON_AddStringToObject(item, "file", file);
+    cJSON_AddItemToArray(methods, item);
+    return true;
+}
+
+static bool render(show *s, gn_view *view, const gn_method *method)
+{
+    gn_app *app = &s->app;
+    const gn_visibility_desc desc = gn_app_visibility_desc(app, method);
+    gn_view_reset_history(view);
+    return gn_view_render(view, app->scene, app->camera, &desc, app->lights, app->light_count) ==
+               GN_OK &&
+           !gn_app_interrupted();
+}
+
+/* One picture a method, and its distance from a supersampled one. */
+static bool take_pictures(show *s, cJSON *methods)
+{
+    gn_app *app = &s->app;
+    const gn_view_desc desc = gn_app_view_desc(app, REFERENCE_SAMPLES);
+    gn_view *reference = NULL;
+    gn_bar_step(&app->bar, 0.05, 0.35, "%s: reference", s->shown->name);
+    bool good = gn_view_create(app->device, &desc, &reference) == GN_OK &&
+                render(s, reference, gn_method_find("ray-mip0"));
+    uint8_t *mask = malloc(s->pixels);
+    if (good && !mask)
+        good = gn_app_error(app, "out of memory");
+    for (uint32_t i = 0; i < s->count && good; i++) {
+        entry *e = &s->entries[i];
+        gn_bar_step(&app->bar, 0.4 + 0.2 * i / s->count, 0, "%s: %s", s->shown->name,
+                    e->method->name);
+        good =
+            render(s, s->view, e->method) && write_picture(s, s->view, e->method->name, 1, methods);
+        if (!good)
+            break;
+        const gn_gbuffer *g = gn_view_gbuffer(s->view);
+        for (size_t p = 0; p < s->pixels; p++)
+            mask[p] = g->surface[p] != GN_NONE;
+        e->difference = gn_measure_difference(gn_view_visibility(reference, 0),
+                                              gn_view_visibility(s->view, 0), mask, s->pixels);
+    }
+    good = good && write_picture(s, reference, "reference", REFERENCE_SAMPLES, methods);
+    free(mask);
+    gn_view_destroy(&reference);
+    return good;
+}
+
+static bool take_times(show *s)
+{
+    for (uint32_t run = 0; run < RUNS; run++) {
+        gn_bar_step(&s->app.bar, 0.6 + 0.1 * run / RUNS, 0, "%s: timing", s->shown->name);
+        for (uint32_t i = 0; i < s->count; i++) {
+            entry *e = &s->entries[i];
+            if (!gn_app_visibility(&s->app, gn_view_gbuffer(s->view), e->method, s->planes,
+                                   &e->rays, &e->ms[run]))
+                return false;
+        }
+    }
+    for (uint32_t i = 0; i < s->count; i++)
+        s->entries[i].spread = gn_measure_spread(s->entries[i].ms, RUNS);
+    return true;
+}
+
+/* The first camera that moves, or GN_NONE. */
+static uint32_t find_moving_camera(const gn_scene *scene)
+{
+    for (uint32_t c = 0; c < scene->camera_count; c++) {
+        const uint32_t node = scene->cameras[c].node;
+        if (node != GN_NONE && scene->nodes[node].animated)
+            return c;
+    }
+    return GN_NONE;
+}
+
+/* Change of visibility from frame to frame of a moving camera; all methods see the same frames. */
+static bool take_flicker(show *s)
+{
+    gn_app *app = &s->app;
+    const uint32_t camera = find_moving_camera(app->scene);
+    if (camera == GN_NONE)
+        return true;
+    gn_view_reset_history(s->view);
+    for (uint32_t f = 0; f < FRAMES; f++) {
+        gn_bar_step(&app->bar, 0.7 + 0.3 * f / FRAMES, 0, "%s: flicker, frame %u of %d",
+                    s->shown->name, f + 1, FRAMES);
+        if (!gn_app_set_time(app, f / FPS) ||
+            gn_view_trace_gbuffer(s->view, app->scene, camera) != GN_OK)
+            return false;
+        uint64_t compared = 0;
+        for (uint32_t i = 0; i < s->count; i++) {
+            entry *e = &s->entries[i];
+            const gn_gbuffer *g = gn_view_gbuffer(s->view);
+            if (!gn_app_visibility(app, g, e->method, s->planes, NULL, NULL))
+                return false;
+            const gn_flicker flicker = gn_measure_flicker(&e->state, g, s->planes);
+            compared = flicker.pixels;
+            e->flicker += flicker.flicker * (double)compared;
+            e->toggles += flicker.toggles * (double)compared;
+        }
+        s->flicker_pixels += compared;
+    }
+    return true;
+}
+
+/* value / base, or null where there is nothing to divide by. */
+static void add_ratio(cJSON *json, const char *key, double value, double base)
+{
+    cJSON_AddItemToObject(json, key,
+                          base > 0 ? cJSON_CreateNumber(value / base) : cJSON_CreateNull());
+}
+
+static void report_methods(const show *s, cJSON *methods)
+{
+    const entry *base = &s->entries[0]; /* ray-mip0 */
+    for (uint32_t i = 0; i < s->count; i++) {
+        const entry *e = &s->entries[i];
+        cJSON *item = cJSON_GetArrayItem(methods, (int)i);
+        cJSON_AddNumberToObject(item, "ms_median", e->spread.median);
+        cJSON_AddNumberToObject(item, "ms_min", e->spread.min);
+        cJSON_AddNumberToObject(item, "ms_max", e->spread.max);
+        cJSON_AddNumberToObject(item, "rays_per_second",
+                                (double)e->rays / (e->spread.median * 1e-3));
+        cJSON_AddNumberToObject(item, "mse", e->difference.mse);
+        cJSON_AddNumberToObject(item, "wrong_pixels", e->difference.wrong);
+        cJSON_AddNumberToObject(item, "mean_visibility", e->difference.mean_b);
+        add_ratio(item, "flicker", e->flicker, (double)s->flicker_pixels);
+        add_ratio(item, "toggles", e->toggles, (double)s->flicker_pixels);
+        add_ratio(item, "flicker_ratio", e->flicker, base->flicker);
+        add_ratio(item, "toggles_ratio", e->toggles, base->toggles);
+    }
+    cJSON *reference = cJSON_GetArrayItem(methods, (int)s->count);
+    if (reference)
+        cJSON_AddNumberToObject(reference, "mean_visibility", base->difference.mean_a);
+}
+
+/* Everything about one scene, added to results. */
+static bool show_scene(show *s, cJSON *scenes, const gn_app_options *options)
+{
+    gn_app *app = &s->app;
+    gn_app_options chosen = *options;
+    chosen.camera = s->shown->camera;
+    /* ray-mip0 comes first in the table of methods: all others are compared with it. */
+    for (; gn_methods[s->count] && s->count < GN_APP_MAX_METHODS; s->count++)
+        s->entries[s->count].method = gn_methods[s->count];
+    s->pixels = (size_t)options->size[0] * options->size[1];
+    if (!gn_app_open(app, "demo", &chosen) || !gn_app_load(app, s->shown->name) ||
+        !gn_app_choose(app))
+        return false;
+    const gn_view_desc desc = gn_app_view_desc(app, 1);
+    s->planes = malloc(s->pixels * app->light_count * sizeof *s->planes);
+    if (!s->planes)
+        return gn_app_error(app, "out of memory");
+    if (gn_view_create(app->device, &desc, &s->view) != GN_OK)
+        return false;
+
+    cJSON *scene = cJSON_CreateObject();
+    cJSON_AddItemToArray(scenes, scene);
+    cJSON_AddStringToObject(scene, "name", s->shown->name);
+    for (const gn_procedural *p = gn_procedurals; p->name; p++) {
+        if (strcmp(p->name, s->shown->name) == 0)
+            cJSON_AddStringToObject(scene, "description", p->description);
+    }
+    char text[32];
+    cJSON_AddStringToObject(scene, "camera", gn_app_camera_name(app, text));
+    cJSON *lights = cJSON_AddArrayToObject(scene, "lights");
+    for (uint32_t l = 0; l < app->light_count; l++)
+        cJSON_AddItemToArray(lights,
+                             cJSON_CreateString(gn_app_light_name(app, app->lights[l], text)));
+    cJSON_AddNumberToObject(scene, "width", options->size[0]);
+    cJSON_AddNumberToObject(scene, "height", options->size[1]);
+    cJSON_AddNumberToObject(scene, "instanced_triangles", (double)app->info.instanced_triangles);
+    cJSON_AddItemToObject(scene, "spot", cJSON_CreateDoubleArray(s->shown->spot, 2));
+    cJSON *methods = cJSON_AddArrayToObject(scene, "methods");
+    if (!take_pictures(s, methods) || !take_times(s) || !take_flicker(s))
+        return false;
+    report_methods(s, methods);
+    return true;
+}
+
+static double number(const cJSON *item, const char *key)
+{
+    const cJSON *value = cJSON_GetObjectItem(item, key);
+    return cJSON_IsNumber(value) ? value->valuedouble : -1;
+}
+
+static void print_table(const cJSON *results)
+{
+    const cJSON *scene, *method;
+    cJSON_ArrayForEach(scene, cJSON_GetObjectItem(results, "scenes"))
+    {
+        printf("%s\n  %-14s%10s%12s%12s%12s%10s%10s\n",
+               cJSON_GetStringValue(cJSON_GetObjectItem(scene, "name")), "method", "ms", "Mrays/s",
+               "mse", "mean", "flicker", "toggles");
+        cJSON_ArrayForEach(method, cJSON_GetObjectItem(scene, "methods"))
+        {
+            const char *name = cJSON_GetStringValue(cJSON_GetObjectItem(method, "name"));
+            if (!cJSON_GetObjectItem(method, "mse")) {
+                printf("  %-14s%10s%12s%12s%12.4f\n", name, "", "", "",
+                       number(method, "mean_visibility"));
+                continue;
+            }
+            printf("  %-14s%10.1f%12.2f%12.5f%12.4f%10.3f%10.3f\n", name,
+                   number(method, "ms_median"), number(method, "rays_per_second") * 1e-6,
+                   number(method, "mse"), number(method, "mean_visibility"),
+                   number(method, "flicker_ratio"), number(method, "toggles_ratio"));
+        }
+    }
+    printf("flicker and toggles are ratios to ray-mip0; mse is against %d samples a pixel\n",
+           REFERENCE_SAMPLES);
+}
+
+static void release(show *s)
+{
+    for (uint32_t i = 0; i < s->count; i++)
+        gn_flicker_state_free(&s->entries[i].state);
+    gn_view_destroy(&s->view);
+    free(s->planes);
+    gn_app_close(&s->app);
+}
+
+static int run(const gn_app_options *options, const char *folder, const char *command_line)
+{
+    cJSON *scenes = cJSON_CreateArray(), *results = NULL;
+    int code = GN_EXIT_OK;
+    for (size_t i = 0; i < SCENE_COUNT && code == GN_EXIT_OK; i++) {
+        const bool last = i + 1 == SCENE_COUNT;
+        show *s = calloc(1, sizeof *s);
+        if (!s)
+            abort();
+        s->shown = &shown_scenes[i];
+        s->folder = folder;
+        s->app.command = "demo";
+        bool good = gn_app_make_folder(&s->app, folder) && show_scene(s, scenes, options);
+        if (good && last) {
+            s->app.scene_name = NULL;
+            s->app.light_count = 0;
+            results = gn_app_json(&s->app);
+            cJSON_AddStringToObject(results, "command_line", command_line);
+            cJSON_AddNumberToObject(results, "reference_spp", REFERENCE_SAMPLES);
+            cJSON_AddNumberToObject(results, "runs", RUNS);
+            cJSON_AddNumberToObject(results, "frames", FRAMES);
+            cJSON_AddItemToObject(results, "scenes", scenes);
+            scenes = NULL;
+            good = gn_demo_write_page(&s->app, folder, results);
+            gn_bar_clear(&s->app.bar);
+            if (good && !options->json) {
+                print_table(results);
+                printf("pictures and page: %s/index.html\n", folder);
+            } else if (good) {
+                good = gn_app_print_json(&s->app, results);
+                results = NULL;
+            }
+        }
+        if (!good)
+            code = gn_app_fail(&s->app);
+        release(s);
+        free(s);
+    }
+    cJSON_Delete(scenes);
+    cJSON_Delete(results);
+    return code;
+}
+
+int gn_app_demo(int argc, char **argv)
+{
+    static const char *const words[] = {NULL};
+    const gn_usage usage = {"demo",
+                            "built-in scenes with every method, as pictures and a page",
+                            "-o FOLDER [options]",
+                            words,
+                            NULL,
+                            {"gnomon demo -o demo", "gnomon demo -o small --size 640x360 --json"}};
+    gn_app_options common = gn_app_options_default();
+    common.size[0] = 1280;
+    common.size[1] = 720;
+    const char *folder = NULL;
+    const gn_option options[] = {
+        GN_TEXT("output", 'o', "FOLDER", &folder, "where pictures and index.html go"),
+        GN_SIZE("size", 's', common.size, "pixels, default 1280x720"),
+        GN_APP_SCENE_OPTIONS(common),
+        GN_APP_DEVICE_OPTIONS(common),
+        GN_OPTIONS_END,
+    };
+    const char *unused;
+    const int code = gn_options_parse(&usage, options, argc, argv, &unused);
+    if (code != GN_GO_ON)
+        return code;
+    if (!folder)
+        return gn_usage_error("demo", "-o FOLDER is missing");
+    char command_line[1024] = "gnomon";
+    size_t used = strlen(command_line);
+    for (int i = 0; i < argc && used < sizeof command_line; i++)
+        used += (size_t)snprintf(command_line + used, sizeof command_line - used, " %s", argv[i]);
+    return run(&common, folder, command_line);
+}
