@@ -1,7 +1,6 @@
 /* Feeds arbitrary bytes to the glTF reader, then resolves and moves what it read.
  *
  * cmake -B build/fuzz -DCMAKE_C_COMPILER=clang -DGNOMON_BUILD_FUZZERS=ON
- *       -DCMAKE_C_FLAGS="-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover"
  * cmake --build build/fuzz --target fuzz_scene
  * mkdir -p corpus && build/fuzz/fuzz_scene -dict=fuzz/gltf.dict corpus fuzz/corpus/scene
  *

@@ -390,7 +390,7 @@ static void missing_files(void **state)
     (void)state;
     assert_load_fails("/tmp/gnomon-no-such.glb", GN_ERROR_IO, "No such file");
     assert_load_fails("/tmp/gnomon-no-such.gltf", GN_ERROR_IO, "No such file");
-    assert_load_fails("/tmp/gnomon-no-such.obj", GN_ERROR_IO, "cannot be read");
+    assert_load_fails("/tmp/gnomon-no-such.obj", GN_ERROR_IO, "No such file");
 
     char folder[] = "/tmp/gnomon-bad-XXXXXX", path[128];
     assert_non_null(mkdtemp(folder));

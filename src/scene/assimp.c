@@ -4,6 +4,7 @@
 #include <assimp/cimport.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -127,10 +128,11 @@ static gn_result fill(gn_assimp *import)
 gn_result gn_import_assimp(gn_scene *scene, const char *path)
 {
     gn_assimp import = {.context = scene->context, .scene = scene, .file = path};
-    /* Assimp's own message for a file that is not there does not say so. */
+    /* Assimp's own message for a file that cannot be opened does not say why. */
     FILE *file = fopen(path, "rb");
     if (!file)
-        return gn_assimp_fail(&import, GN_ERROR_IO, "it cannot be read: no such file");
+        return gn_fail(scene->context, GN_ERROR_IO, "%s: it cannot be read: %s", path,
+                       strerror(errno));
     fclose(file);
     import.source = open_file(path);
     if (!import.source)
