@@ -138,7 +138,10 @@ static bool render_frame(gn_app *app, const render_options *o, const gn_method *
     frame->settings = &settings;
     cJSON *files = cJSON_CreateArray();
     start = gn_milliseconds();
-    if (!(exr ? gn_frame_write_exr(frame, path, files) : gn_frame_write_png(frame, path, files))) {
+    const bool written =
+        exr ? gn_frame_write_exr(frame, path, files) : gn_frame_write_png(frame, path, files);
+    frame->settings = NULL; /* they end with this function */
+    if (!written) {
         cJSON_Delete(files);
         return false;
     }
@@ -249,7 +252,7 @@ int gn_app_render(int argc, char **argv)
     render_options o = {
         .common = gn_app_options_default(), .alpha = GN_NONE, .samples = 1, .fps = 30};
     const char *scene;
-    gn_app_method methods[GN_APP_MAX_METHODS];
+    gn_app_method methods[GN_APP_MAX_METHODS] = {0};
     uint32_t aovs = 0;
     int code = parse(argc, argv, &o, &scene);
     if (code == GN_GO_ON)
