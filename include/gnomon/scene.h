@@ -73,50 +73,50 @@ typedef struct gn_material_desc {
 
 /* Triangles of one material. */
 typedef struct gn_mesh_part {
-    uint32_t vertex_count;    /* >= 3 */
-    const float *positions;   /* vertex_count * 3, finite */
-    const float *normals;     /* vertex_count * 3, or NULL: flat shading */
-    const float *uvs;         /* vertex_count * 2, or NULL: all zero */
-    uint32_t index_count;     /* a multiple of 3, >= 3 */
-    const uint32_t *indices;  /* index_count, each < vertex_count */
-    uint32_t material;        /* index, or GN_NONE: white, opaque, double sided */
+    uint32_t vertex_count;   /* >= 3 */
+    const float *positions;  /* vertex_count * 3, finite */
+    const float *normals;    /* vertex_count * 3, or NULL: flat shading */
+    const float *uvs;        /* vertex_count * 2, or NULL: all zero */
+    uint32_t index_count;    /* a multiple of 3, >= 3 */
+    const uint32_t *indices; /* index_count, each < vertex_count */
+    uint32_t material;       /* index, or GN_NONE: white, opaque, double sided */
 } gn_mesh_part;
 
 /* A node's local transform: translation * rotation * scale, or matrix where use_matrix is set. */
 typedef struct gn_node_desc {
     uint32_t cookie;
     const char *name;
-    uint32_t parent;       /* index of an earlier node, or GN_NONE (default): the root */
-    float translation[3];  /* default 0 */
-    float rotation[4];     /* quaternion x y z w, default 0 0 0 1; normalised on entry */
-    float scale[3];        /* default 1 */
-    bool use_matrix;       /* default false */
-    float matrix[16];      /* column major, affine; default identity */
-    uint32_t mesh;         /* index, or GN_NONE (default) */
-    uint32_t light;        /* index, or GN_NONE (default); a light hangs on one node at most */
-    uint32_t camera;       /* index, or GN_NONE (default); likewise */
+    uint32_t parent;      /* index of an earlier node, or GN_NONE (default): the root */
+    float translation[3]; /* default 0 */
+    float rotation[4];    /* quaternion x y z w, default 0 0 0 1; normalised on entry */
+    float scale[3];       /* default 1 */
+    bool use_matrix;      /* default false */
+    float matrix[16];     /* column major, affine; default identity */
+    uint32_t mesh;        /* index, or GN_NONE (default) */
+    uint32_t light;       /* index, or GN_NONE (default); a light hangs on one node at most */
+    uint32_t camera;      /* index, or GN_NONE (default); likewise */
 } gn_node_desc;
 
 /* KHR_lights_punctual. */
 typedef struct gn_light_desc {
     uint32_t cookie;
     const char *name;
-    gn_light_type type;        /* default GN_LIGHT_DIRECTIONAL */
-    float color[3];            /* linear, >= 0, default 1 */
-    float intensity;           /* >= 0, default 1: lux (directional) or candela, relative */
-    float range;               /* metres, > 0; default INFINITY; point and spot */
-    float inner_cone_angle;    /* radians, [0, outer), default 0; spot */
-    float outer_cone_angle;    /* radians, (inner, pi/2], default pi/4; spot */
-    bool on;                   /* default true: part of "all lights" */
+    gn_light_type type;     /* default GN_LIGHT_DIRECTIONAL */
+    float color[3];         /* linear, >= 0, default 1 */
+    float intensity;        /* >= 0, default 1: lux (directional) or candela, relative */
+    float range;            /* metres, > 0; default INFINITY; point and spot */
+    float inner_cone_angle; /* radians, [0, outer), default 0; spot */
+    float outer_cone_angle; /* radians, (inner, pi/2], default pi/4; spot */
+    bool on;                /* default true: part of "all lights" */
 } gn_light_desc;
 
 typedef struct gn_camera_desc {
     uint32_t cookie;
     const char *name;
-    bool orthographic;  /* default false */
-    float yfov;         /* radians, (0, pi), default pi/3; perspective */
-    float ymag;         /* metres, half the height of the view, > 0, default 1; orthographic */
-    float znear;        /* metres, >= 0, default 0.1: nothing nearer is seen */
+    bool orthographic; /* default false */
+    float yfov;        /* radians, (0, pi), default pi/3; perspective */
+    float ymag;        /* metres, half the height of the view, > 0, default 1; orthographic */
+    float znear;       /* metres, >= 0, default 0.1: nothing nearer is seen */
 } gn_camera_desc;
 
 /* Keys of one animated property of one node. Times are in seconds, >= 0, strictly increasing.
@@ -176,9 +176,9 @@ typedef struct gn_scene_info {
     uint32_t channels;
     uint64_t triangles, instanced_triangles;
     uint64_t masked_triangles, instanced_masked_triangles;
-    double duration;        /* seconds, the last key of any channel; 0 without animation */
+    double duration; /* seconds, the last key of any channel; 0 without animation */
     float bounds_min[3], bounds_max[3]; /* world space, of the committed state */
-    uint32_t warning_count; /* what the file has that gnomon leaves out */
+    uint32_t warning_count;             /* what the file has that gnomon leaves out */
 } gn_scene_info;
 
 GN_API gn_scene_info gn_scene_get_info(const gn_scene *scene);
