@@ -93,8 +93,8 @@ static void add_mesh(gn_naive *naive, uint32_t m)
         naive->parts[m][i] = (naive_part){
             part, material, textured ? &scene->textures[material->desc.texture] : NULL};
         RTCGeometry g = rtcNewGeometry(naive->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                   part->positions, 0, 12, part->vertex_count);
+        rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, part->positions,
+                                   0, 12, part->vertex_count);
         rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, part->indices, 0,
                                    12, part->triangle_count);
         if (material->desc.alpha_mode == GN_ALPHA_MASK && textured) {
@@ -132,8 +132,7 @@ gn_naive *gn_naive_create(const gn_scene *scene, uint32_t threads)
         if (scene->nodes[n].desc.mesh == GN_NONE)
             continue;
         naive->instances[n] = rtcNewGeometry(naive->device, RTC_GEOMETRY_TYPE_INSTANCE);
-        rtcSetGeometryInstancedScene(naive->instances[n],
-                                     naive->meshes[scene->nodes[n].desc.mesh]);
+        rtcSetGeometryInstancedScene(naive->instances[n], naive->meshes[scene->nodes[n].desc.mesh]);
         rtcAttachGeometry(naive->root, naive->instances[n]);
     }
     gn_naive_update(naive);
