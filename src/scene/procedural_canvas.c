@@ -171,8 +171,7 @@ static float lattice(uint32_t x, uint32_t y, uint32_t seed)
 {
     uint32_t hash = (x * 0x8da6b343u) ^ (y * 0xd8163841u) ^ (seed * 0xcb1ab31fu);
     hash = (hash ^ hash >> 15) * 0x2c1b3c6du;
-    hash = (hash ^ hash >> 12) * 0x297a2d39u;
-    return (float)((hash ^ hash >> 15) >> 8) * 0x1p-24f;
+    return (float)(hash >> 8) * 0x1p-24f;
 }
 
 float gn_noise(float x, float y, uint32_t period, uint32_t seed)

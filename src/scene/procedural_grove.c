@@ -378,8 +378,12 @@ static void plant_cell(planting *grove, int column, int row)
     float patch = gn_noise(0.04f * x + 1000, 0.04f * z + 1000, 4096, grove->maker->seed);
     float pick = gn_clamp(patch * 1.6f - 0.3f + gn_random_range(&random, -0.25f, 0.25f), 0, 0.999f);
     static const uint8_t mix[] = {FIR, BIRCH, BIRCH_SMALL, LIME, OAK, OAK_SMALL, ASH, BIRCH, LIME};
-    uint32_t tree = mix[(size_t)(pick * (float)sizeof mix)];
-    bool wanted = gn_random_range(&random, 0, 1) < 0.72f;
+    static const uint8_t airy[] = {BIRCH, ASH, BIRCH_SMALL};
+    /* On the sunny side of the road trees are few and thin, so that light comes through. */
+    bool sunny = fabsf(x) < 32 && z > 0 && z < 22;
+    uint32_t tree =
+        sunny ? airy[(size_t)(pick * (float)sizeof airy)] : mix[(size_t)(pick * (float)sizeof mix)];
+    bool wanted = gn_random_range(&random, 0, 1) < (sunny ? 0.4f : 0.72f);
     /* The planted middle has its own trees. */
     bool middle = fabsf(x) < 26 && z > -10 && z < 9;
     if (wanted && !middle && is_free(x, z, 1.6f))

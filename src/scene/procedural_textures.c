@@ -198,8 +198,8 @@ static uint32_t birch_bark(float u, float v)
 
 static uint32_t meadow(float u, float v)
 {
-    float patch = gn_noise_octaves(u, v, 4, 3, 31), fine = gn_noise_octaves(u, v, 64, 3, 37);
-    float dry = gn_smooth(0.5f, 0.8f, gn_noise_octaves(u, v, 8, 4, 41));
+    float patch = gn_noise_octaves(u, v, 4, 2, 31), fine = gn_noise_octaves(u, v, 64, 3, 37);
+    float dry = gn_smooth(0.5f, 0.8f, gn_noise_octaves(u, v, 8, 3, 41));
     uint32_t color = gn_color_mix(0x5b6b33, 0x86904a, patch);
     color = gn_color_mix(color, 0x9a8a5c, 0.6f * dry);
     return gn_color_shade(color, 0.72f + 0.5f * fine);
@@ -207,7 +207,7 @@ static uint32_t meadow(float u, float v)
 
 static uint32_t gravel(float u, float v)
 {
-    float patch = gn_noise_octaves(u, v, 4, 3, 51), stone = gn_noise(u * 64, v * 64, 64, 53);
+    float patch = gn_noise_octaves(u, v, 4, 2, 51), stone = gn_noise(u * 64, v * 64, 64, 53);
     float fine = gn_noise_octaves(u, v, 64, 2, 57);
     uint32_t color = gn_color_mix(0x8f8268, 0xb9ab8c, patch);
     color = gn_color_mix(color, 0xcfc7b4, 0.5f * gn_smooth(0.62f, 0.8f, stone));
@@ -217,7 +217,7 @@ static uint32_t gravel(float u, float v)
 
 static uint32_t stone(float u, float v)
 {
-    float tone = gn_noise_octaves(u, v, 4, 5, 61), moss = gn_noise_octaves(u, v, 4, 4, 67);
+    float tone = gn_noise_octaves(u, v, 4, 4, 61), moss = gn_noise_octaves(u, v, 4, 3, 67);
     uint32_t color = gn_color_mix(0x6f6d68, 0xb4b0a8, tone);
     return gn_color_mix(color, 0x7d8558, 0.6f * gn_smooth(0.55f, 0.75f, moss));
 }
