@@ -9,7 +9,7 @@ METHODS = naive,ray-mip0,ray-test,ray-raw,ray-saturate,ray-coverage
 .PHONY: help build demo test bench format clean install
 
 help:
-	@echo "make demo      render the built-in scene with every method into out/demo"
+	@echo "make demo      render the built-in scene with every method: out/demo/index.html"
 	@echo "make test      build and run the tests"
 	@echo "make bench     times, flicker and errors of the methods on the built-in scene, and on"
 	@echo "               grove.glb of the folder GNOMON_SCENES, if set"
@@ -24,6 +24,7 @@ build:
 	@cmake --build $(BUILD)
 
 demo: build
+	@mkdir -p out
 	@$(GNOMON) demo -o out/demo
 
 test: build
