@@ -14,5 +14,9 @@ void main()
 {
     uint i = gl_GlobalInvocationID.x;
     float x = values[i];
-    values[i] = gn_log2(gn_exp2(gn_clamp(x, 0.0, 1.0))) + gn_atan(gn_tan(gn_floor(gn_sqrt(gn_abs(x)))));
+    bool inside = gn_or(gn_and(x > 0.0, gn_not(x > 1.0)), x < -1.0);
+    float y = gn_log2(gn_exp2(gn_clamp(gn_select(inside, x, gn_splat(0.5)), 0.0, 1.0)));
+    y += gn_atan(gn_tan(gn_floor(gn_sqrt(gn_abs(x)))));
+    y += gn_from_bits(gn_bits(x) + gn_to_int(y));
+    values[i] = gn_min(gn_max(y, x), gn_to_real(int(i)));
 }

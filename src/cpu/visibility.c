@@ -3,6 +3,8 @@
 #include <math.h>
 #include <stdatomic.h>
 
+#include <gnomon/shadow/alpha.h>
+
 typedef struct run {
     const gn_visibility_job *job;
     _Atomic uint64_t rays;
@@ -21,9 +23,9 @@ uint64_t gn_cpu_visibility(const gn_cpu *cpu, gn_visibility_job *job,
     job->tracer.rule = desc->method->alpha;
     job->tracer.rescaled = desc->rescale_alpha;
     job->tracer.statistics = job->lod || job->lookups;
-    /* A cutoff of 0 ends a ray where less than 8 bits can show is left. */
-    const double least = desc->cutoff > 0.0f ? (double)desc->cutoff : 1.0 / 65536.0;
-    job->tracer.depth_limit = (int32_t)(-log2(least) * 65536.0);
+    /* A wholly opaque occluder, 2^-16 in optical depth, ends a ray whatever the cutoff. */
+    const double least = fmax((double)desc->cutoff, 1.0 / 65536.0);
+    job->tracer.depth_limit = (int32_t)(-log2(least) * (double)GN_OPTICAL_HALVING);
     job->tracer.trace = job->tracer.accel->kernels->trace;
     job->cutoff = desc->cutoff;
     job->point_light_clip = desc->point_light_clip;

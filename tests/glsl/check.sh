@@ -1,6 +1,6 @@
 #!/bin/sh
 # The algorithm headers as GLSL: every shader of shaders/check compiles for Vulkan 1.3 and is valid
-# SPIR-V, and every algorithm header has such a shader.
+# SPIR-V, every algorithm header has such a shader, and it calls each function of its header.
 set -eu
 
 for tool in glslangValidator spirv-val; do
@@ -16,10 +16,20 @@ failed=0
 
 for header in "$SOURCE"/include/gnomon/shadow/*.h; do
     name=$(basename "$header" .h)
-    if [ "$name" != dialect_end ] && [ ! -f "$SOURCE/shaders/check/$name.comp" ]; then
+    [ "$name" != dialect_end ] || continue
+    if [ ! -f "$SOURCE/shaders/check/$name.comp" ]; then
         echo "FAILED: shaders/check/$name.comp is missing"
         failed=1
+        continue
     fi
+    # Functions of the algorithms begin with GN_FN, those for GLSL alone with their type.
+    functions=$(sed -nE 's/^(GN_FN [a-z_0-9]+|float|int|bool) (gn_[a-z_0-9]+)\(.*/\2/p' "$header")
+    for function in $functions; do
+        if ! grep -q "[^a-z_0-9]$function(" "$SOURCE/shaders/check/$name.comp"; then
+            echo "FAILED: shaders/check/$name.comp does not call $function"
+            failed=1
+        fi
+    done
 done
 
 for shader in "$SOURCE"/shaders/check/*.comp; do

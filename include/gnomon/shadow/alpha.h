@@ -31,12 +31,14 @@ GN_FN real gn_alpha_saturate(real alpha, real cutoff)
 }
 
 /* Magnified coverage, our own: the share of a footprint smaller than a texel where the interpolated
- * alpha passes the test, taking alpha as linear there: a ramp one footprint wide around the cutoff.
+ * alpha passes the test, taking alpha as linear there and the footprint as a square along its
+ * gradient: a ramp one footprint wide around the cutoff. Where alpha is constant, the test itself.
  * slope: length of alpha's gradient, per texel of mip 0; footprint: in such texels, > 0. */
 GN_FN real gn_alpha_ramp(real alpha, real cutoff, real slope, real footprint)
 {
-    real width = gn_max(slope * footprint, K(1e-6f));
-    return gn_clamp((alpha - cutoff) / width + 0.5f, K(0.0f), K(1.0f));
+    real width = slope * footprint;
+    real share = gn_clamp((alpha - cutoff) / gn_max(width, K(1e-6f)) + 0.5f, K(0.0f), K(1.0f));
+    return gn_select(width > 1e-6f, share, gn_alpha_test(alpha, cutoff));
 }
 
 /* Accumulation: visibility behind one more occluder; start with 1. */
@@ -56,18 +58,22 @@ GN_FN real gn_visibility_rescale(real visibility, real cutoff)
  * a ray's occluders in an order that may change with the number of threads that built it, and a
  * product of floats would then change in its last bits.
  *
- * Optical depth of an opacity in [0,1], in 1/65536 of a halving of the light: -log2(1 - opacity),
- * at most 16 halvings, so that 4096 occluders fit 32 bits. */
+ * Optical depth is -log2(1 - opacity), an opacity in [0,1], at most 16 halvings of the light, in
+ * 1/GN_OPTICAL_HALVING of a halving: 4096 occluders sum up to 2^30 at most. */
+#define GN_OPTICAL_HALVING 16384.0f
+
 GN_FN lint gn_optical_depth(real opacity)
 {
     real through = gn_max(1.0f - opacity, K(1.52587890625e-5f));
-    return gn_to_int(gn_max(-gn_log2(through), K(0.0f)) * 65536.0f + 0.5f);
+    return gn_to_int(gn_max(-gn_log2(through), K(0.0f)) * GN_OPTICAL_HALVING + 0.5f);
 }
 
-/* Visibility behind occluders whose optical depths add up to depth >= 0. */
+/* Visibility behind n occluders whose optical depths add up to depth >= 0. Against the product of
+ * their 1 - opacity: a relative error < 2.4e-5 n, and 2^-16 at most for what a wholly opaque one
+ * still lets through. */
 GN_FN real gn_optical_visibility(lint depth)
 {
-    return gn_exp2(gn_to_real(depth) * -1.52587890625e-5f);
+    return gn_exp2(gn_to_real(depth) * (-1.0f / GN_OPTICAL_HALVING));
 }
 
 #include "dialect_end.h"

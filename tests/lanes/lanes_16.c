@@ -1,0 +1,3 @@
+#define GN_LANES 16
+#define TABLE    gn_lane_functions_16
+#include "lanes.inc"
