@@ -103,6 +103,7 @@ bool gn_app_open(gn_app *app, const char *command, const gn_app_options *options
     app->command = command;
     app->options = *options;
     gn_bar_start(&app->bar, options->quiet);
+    gn_bar_step(&app->bar, 0, 0.1, "reading the scene");
     gn_device_desc desc = gn_device_desc_default();
     desc.threads = options->threads;
     desc.isa = (gn_isa)options->isa;
@@ -134,13 +135,11 @@ bool gn_app_load(gn_app *app, const char *name)
     app->scene_name = name;
     gn_result result;
     if (access(name, F_OK) != 0 && is_built_in(name)) {
-        gn_bar_step(&app->bar, 0, 0.1, "making %s", name);
         gn_procedural_desc desc = gn_procedural_desc_default();
         desc.seed = app->options.seed;
         desc.scale = app->options.scale;
         result = gn_scene_create_procedural(app->device, name, &desc, &app->scene);
     } else {
-        gn_bar_step(&app->bar, 0, 0.1, "reading %s", name);
         result = gn_scene_load(app->device, name, &app->scene);
     }
     if (result != GN_OK)
@@ -413,14 +412,22 @@ cJSON *gn_app_json(const gn_app *app)
     return json;
 }
 
+bool gn_app_flush(gn_app *app)
+{
+    errno = 0;
+    if (fflush(stdout) == 0 && !ferror(stdout))
+        return true;
+    return gn_app_error(app, "standard output: cannot write: %s",
+                        errno ? strerror(errno) : "the data were not taken");
+}
+
 bool gn_app_print_json(gn_app *app, cJSON *json)
 {
     char *text = cJSON_Print(json);
     cJSON_Delete(json);
     if (!text)
         return gn_app_error(app, "out of memory");
-    errno = 0;
-    const bool good = puts(text) >= 0 && fflush(stdout) == 0;
+    puts(text);
     cJSON_free(text);
-    return good || gn_app_error(app, "standard output: cannot write: %s", strerror(errno));
+    return gn_app_flush(app);
 }

@@ -134,4 +134,7 @@ bool gn_app_interrupted(void);
 cJSON *gn_app_json(const gn_app *app);
 bool gn_app_print_json(gn_app *app, cJSON *json);
 
+/* Standard output has taken everything that was printed. */
+bool gn_app_flush(gn_app *app);
+
 #endif

@@ -264,7 +264,7 @@ static bool run(comparison *c, const gn_app_options *options, const char *scene,
         good = print_json(c);
     else if (good)
         print_table(c);
-    return good;
+    return good && gn_app_flush(app);
 }
 
 int gn_app_compare(int argc, char **argv)

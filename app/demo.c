@@ -18,7 +18,7 @@
 static const struct shown {
     const char *name, *camera;
     double spot[2];
-} shown_scenes[] = {{"grove", "CamRoad", {0.5, 0.75}}, {"leafbox", "CamFront", {0.4, 0.9}}};
+} shown_scenes[] = {{"grove", "CamRoad", {0.21, 0.76}}, {"leafbox", "CamFront", {0.3, 0.88}}};
 
 #define SCENE_COUNT (sizeof shown_scenes / sizeof *shown_scenes)
 
@@ -36,6 +36,8 @@ typedef struct entry {
 typedef struct show {
     gn_app app;
     const struct shown *shown;
+    double before; /* share of the whole that is done when this scene begins */
+    double start;  /* of the whole, as gn_bar.start */
     const char *folder;
     size_t pixels;
     gn_view *view;
@@ -44,6 +46,11 @@ typedef struct show {
     uint32_t count;
     uint64_t flicker_pixels;
 } show;
+
+/* fraction: of this scene's part. */
+#define STEP(s, fraction, share, ...)                                                              \
+    gn_bar_step(&(s)->app.bar, (s)->before + (fraction) / (double)SCENE_COUNT,                     \
+                (share) / (double)SCENE_COUNT, __VA_ARGS__)
 
 static bool write_picture(show *s, const gn_view *view, const char *method, uint32_t samples,
                           cJSON *methods)
@@ -80,7 +87,7 @@ static bool take_pictures(show *s, cJSON *methods)
     gn_app *app = &s->app;
     const gn_view_desc desc = gn_app_view_desc(app, REFERENCE_SAMPLES);
     gn_view *reference = NULL;
-    gn_bar_step(&app->bar, 0.05, 0.35, "%s: reference", s->shown->name);
+    STEP(s, 0.05, 0.35, "%s: reference", s->shown->name);
     bool good = gn_view_create(app->device, &desc, &reference) == GN_OK &&
                 render(s, reference, gn_method_find("ray-mip0"));
     uint8_t *mask = malloc(s->pixels);
@@ -88,8 +95,7 @@ static bool take_pictures(show *s, cJSON *methods)
         good = gn_app_error(app, "out of memory");
     for (uint32_t i = 0; i < s->count && good; i++) {
         entry *e = &s->entries[i];
-        gn_bar_step(&app->bar, 0.4 + 0.2 * i / s->count, 0, "%s: %s", s->shown->name,
-                    e->method->name);
+        STEP(s, 0.4 + 0.2 * i / s->count, 0, "%s: %s", s->shown->name, e->method->name);
         good =
             render(s, s->view, e->method) && write_picture(s, s->view, e->method->name, 1, methods);
         if (!good)
@@ -109,7 +115,7 @@ static bool take_pictures(show *s, cJSON *methods)
 static bool take_times(show *s)
 {
     for (uint32_t run = 0; run < RUNS; run++) {
-        gn_bar_step(&s->app.bar, 0.6 + 0.1 * run / RUNS, 0, "%s: timing", s->shown->name);
+        STEP(s, 0.6 + 0.1 * run / RUNS, 0, "%s: timing", s->shown->name);
         for (uint32_t i = 0; i < s->count; i++) {
             entry *e = &s->entries[i];
             if (!gn_app_visibility(&s->app, gn_view_gbuffer(s->view), e->method, s->planes,
@@ -142,8 +148,8 @@ static bool take_flicker(show *s)
         return true;
     gn_view_reset_history(s->view);
     for (uint32_t f = 0; f < FRAMES; f++) {
-        gn_bar_step(&app->bar, 0.7 + 0.3 * f / FRAMES, 0, "%s: flicker, frame %u of %d",
-                    s->shown->name, f + 1, FRAMES);
+        STEP(s, 0.7 + 0.3 * f / FRAMES, 0, "%s: flicker, frame %u of %d", s->shown->name, f + 1,
+             FRAMES);
         if (!gn_app_set_time(app, f / FPS) ||
             gn_view_trace_gbuffer(s->view, app->scene, camera) != GN_OK)
             return false;
@@ -204,8 +210,11 @@ static bool show_scene(show *s, cJSON *scenes, const gn_app_options *options)
     for (; gn_methods[s->count] && s->count < GN_APP_MAX_METHODS; s->count++)
         s->entries[s->count].method = gn_methods[s->count];
     s->pixels = (size_t)options->size[0] * options->size[1];
-    if (!gn_app_open(app, "demo", &chosen) || !gn_app_load(app, s->shown->name) ||
-        !gn_app_choose(app))
+    if (!gn_app_open(app, "demo", &chosen))
+        return false;
+    app->bar.start = s->start;
+    STEP(s, 0.0, 0.05, "making %s", s->shown->name);
+    if (!gn_app_load(app, s->shown->name) || !gn_app_choose(app))
         return false;
     const gn_view_desc desc = gn_app_view_desc(app, 1);
     s->planes = malloc(s->pixels * app->light_count * sizeof *s->planes);
@@ -283,12 +292,19 @@ static int run(const gn_app_options *options, const char *folder, const char *co
 {
     cJSON *scenes = cJSON_CreateArray(), *results = NULL;
     int code = GN_EXIT_OK;
+    const double start = gn_milliseconds();
     for (size_t i = 0; i < SCENE_COUNT && code == GN_EXIT_OK; i++) {
         const bool last = i + 1 == SCENE_COUNT;
         show *s = calloc(1, sizeof *s);
-        if (!s)
-            abort();
+        if (!s) {
+            gn_app app = {.command = "demo"};
+            gn_app_error(&app, "out of memory");
+            code = gn_app_fail(&app);
+            break;
+        }
         s->shown = &shown_scenes[i];
+        s->before = (double)i / SCENE_COUNT;
+        s->start = start;
         s->folder = folder;
         s->app.command = "demo";
         bool good = gn_app_make_folder(&s->app, folder) && show_scene(s, scenes, options);
@@ -307,6 +323,7 @@ static int run(const gn_app_options *options, const char *folder, const char *co
             if (good && !options->json) {
                 print_table(results);
                 printf("pictures and page: %s/index.html\n", folder);
+                good = gn_app_flush(&s->app);
             } else if (good) {
                 good = gn_app_print_json(&s->app, results);
                 results = NULL;

@@ -160,8 +160,7 @@ int gn_app_info(int argc, char **argv)
         else
             print_text(&app);
     }
-    if (good && (fflush(stdout) != 0 || ferror(stdout)))
-        good = gn_app_error(&app, "standard output: cannot write");
+    good = good && gn_app_flush(&app);
     code = good ? GN_EXIT_OK : gn_app_fail(&app);
     gn_app_close(&app);
     return code;

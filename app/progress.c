@@ -65,7 +65,7 @@ void gn_bar_update(gn_bar *bar, double fraction)
 {
     /* Short work is over before anyone reads; plain lines come slowly, for logs. */
     const double now = gn_milliseconds();
-    if (bar->quiet || now - bar->shown < (bar->terminal ? (bar->drawn ? 100 : 300) : 2000))
+    if (bar->quiet || now - bar->shown < (bar->terminal ? (bar->drawn ? 100 : 300) : 5000))
         return;
     show(bar, bar->base + bar->span * fraction);
 }

@@ -197,11 +197,7 @@ static int check_options(render_options *o, gn_app_method *method, uint32_t *aov
     char name[32] = "ray";
     if (o->alpha != GN_NONE)
         snprintf(name, sizeof name, "ray-%s", alpha_names[o->alpha]);
-    if (!gn_app_parse_methods("render",
-                              o->method  ? o->method
-                              : o->alpha ? name
-                                         : "ray",
-                              NULL, method))
+    if (!gn_app_parse_methods("render", o->method ? o->method : name, NULL, method))
         return GN_EXIT_USAGE;
     *aovs = exr ? 1u << GN_AOV_VISIBILITY : 0;
     if (o->aov && !gn_aov_parse("render", o->aov, aovs))

@@ -10,7 +10,7 @@ static int list(const gn_app_options *common)
     if (!common->json) {
         for (const gn_procedural *scene = gn_procedurals; scene->name; scene++)
             printf("%-10s%s\n", scene->name, scene->description);
-        return GN_EXIT_OK;
+        return gn_app_flush(&app) ? GN_EXIT_OK : gn_app_fail(&app);
     }
     cJSON *json = gn_app_json(&app);
     cJSON *scenes = cJSON_AddArrayToObject(json, "scenes");
