@@ -72,6 +72,15 @@ static uint8_t *place_nodes(gn_context *context, const gn_scene *scene)
     return places;
 }
 
+/* Does a node's matrix turn right hands into left ones? */
+static bool is_mirrored(const float m[16])
+{
+    const float *a = m, *b = m + 4, *c = m + 8;
+    return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+               a[2] * (b[0] * c[1] - b[1] * c[0]) <
+           0.0f;
+}
+
 static bool number_surfaces(gn_accel *accel, const gn_scene *scene)
 {
     gn_context *context = accel->context;
@@ -91,7 +100,9 @@ static bool number_surfaces(gn_accel *accel, const gn_scene *scene)
         accel->first_surface[i] = m == GN_NONE ? GN_NONE : accel->surface_count;
         for (uint32_t p = 0; m != GN_NONE && p < scene->meshes[m].part_count; p++)
             accel->surfaces[accel->surface_count++] =
-                (gn_surface){.node = i, .part = &scene->meshes[m].parts[p]};
+                (gn_surface){.node = i,
+                             .mirrored = is_mirrored(scene->nodes[i].world),
+                             .part = &scene->meshes[m].parts[p]};
     }
     return true;
 }

@@ -60,6 +60,7 @@ typedef struct gn_triangle_tree {
 /* A part of a node: what G-buffers call a surface. */
 typedef struct gn_surface {
     uint32_t node;
+    bool mirrored; /* as built: triangles of the flat tree turn their fronts */
     const gn_part *part;
 } gn_surface;
 

@@ -105,20 +105,27 @@ static inline hit resolve_hit(const gn_gbuffer_job *job, const struct RTCRayHit1
     const float *a = h.tree->vertices + (size_t)index[0] * 3;
     const float *b = h.tree->vertices + (size_t)index[1] * 3;
     const float *c = h.tree->vertices + (size_t)index[2] * 3;
-    float e1[3], e2[3], extent = 0.0f, size = 0.0f;
+    float e1[3], e2[3];
     for (int i = 0; i < 3; i++) {
         e1[i] = b[i] - a[i];
         e2[i] = c[i] - a[i];
         h.object[i] = a[i] + (h.u * e1[i] + h.v * e2[i]);
-        extent += fabsf(e1[i]) + fabsf(e2[i]);
-        size += fabsf(h.object[i]) + fabsf(a[i]);
     }
     cross3(e1, e2, h.normal);
     memcpy(h.position, h.object, sizeof h.position);
 
-    /* The bound on rounding: relative to the coordinates and to the triangle, so that it scales
-     * with the scene. An instance adds the rounding of its two transforms. */
-    float error = 4.0f * size + 4.0f * extent;
+    /* The bound on rounding, along the normal only, so that large level ground costs nothing: of
+     * the position, and of Embree's N.(a - origin) for rays that start there, where N has the
+     * rounding of the products that it is made of. It scales with the scene. */
+    float error = 0.0f;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const float products = fabsf(e1[j] * e2[k]) + fabsf(e1[k] * e2[j]);
+        const float extent = fabsf(e1[i]) + fabsf(e2[i]);
+        error += fabsf(h.normal[i]) * (fabsf(h.object[i]) + fabsf(a[i]) + extent) +
+                 products * fabsf(h.object[i] - a[i]);
+    }
+    error *= 4.0f / sqrtf(dot3(h.normal, h.normal));
     if (h.instance) {
         const float *m = h.node->world;
         const float *n = h.instance->normal_matrix;
@@ -136,6 +143,9 @@ static inline hit resolve_hit(const gn_gbuffer_job *job, const struct RTCRayHit1
         for (int i = 0; i < 3; i++)
             h.normal[i] = sign * normal[i];
         error = error * scale * 2.0f + 8.0f * world;
+    } else if (accel->surfaces[h.surface].mirrored) {
+        for (int i = 0; i < 3; i++)
+            h.normal[i] = -h.normal[i];
     }
     h.origin_error = error * 1.1920929e-7f;
     return h;
@@ -302,10 +312,6 @@ static inline void write_pixel(const gn_gbuffer_job *job, const hit *h, const ca
         g->motion[i][pixel] = seen ? there[i] - here[i] : 1e9f;
 }
 
-/* Camera rays pass through the back of single-sided surfaces; few do, so they start again behind
- * it, at most this often. */
-#define MAX_BACK_FACES 32
-
 static void gbuffer_block(const gn_gbuffer_job *job, uint32_t bx, uint32_t by)
 {
     const gn_gbuffer *g = job->gbuffer;
@@ -336,7 +342,9 @@ static void gbuffer_block(const gn_gbuffer_job *job, uint32_t bx, uint32_t by)
         r.ray.id[i] = i;
         r.ray.flags[i] = 0;
     }
-    for (int round = 0; waiting && round < MAX_BACK_FACES; round++) {
+    /* Camera rays pass through the back of single-sided surfaces; few do, so they start again
+     * behind it. Each round begins farther away, so that there is an end. */
+    while (waiting) {
         for (uint32_t i = 0; i < GN_PACKET; i++) {
             valid[i] = waiting >> i & 1 ? -1 : 0;
             r.ray.tfar[i] = INFINITY;
@@ -363,10 +371,6 @@ static void gbuffer_block(const gn_gbuffer_job *job, uint32_t bx, uint32_t by)
                         (float)py + job->jitter[1], pixel);
             waiting &= ~(1u << i);
         }
-    }
-    for (; waiting; waiting &= waiting - 1) {
-        const uint32_t i = (uint32_t)__builtin_ctz(waiting);
-        clear_pixel(g, (size_t)(by + i / 4) * g->width + bx + i % 4);
     }
 }
 
