@@ -61,7 +61,7 @@ int gn_app_fail(gn_app *app)
         return GN_EXIT_INTERRUPTED;
     }
     fprintf(stderr, "gnomon %s: %s\n", app->command, app->message);
-    return GN_EXIT_FAILURE;
+    return app->wrong_usage ? GN_EXIT_USAGE : GN_EXIT_FAILURE;
 }
 
 void gn_app_note(gn_app *app, const char *format, ...)
@@ -270,8 +270,10 @@ static bool choose_lights(gn_app *app)
 
 bool gn_app_choose(gn_app *app)
 {
-    if (app->options.sun.given && app->options.lights)
+    if (app->options.sun.given && app->options.lights) {
+        app->wrong_usage = true;
         return gn_app_error(app, "--sun and --light exclude each other");
+    }
     return choose_camera(app) && choose_lights(app) && gn_scene_commit(app->scene) == GN_OK;
 }
 

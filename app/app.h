@@ -77,6 +77,7 @@ typedef struct gn_app {
     uint32_t *lights; /* indices in the scene */
     uint32_t light_count;
     gn_bar bar;
+    bool wrong_usage;   /* the error is the user's, not the scene's or the machine's */
     bool keep_warnings; /* set before gn_app_open(): the command prints them itself */
     char message[1024]; /* the last error, for when there is no device to ask */
 } gn_app;

@@ -135,6 +135,7 @@ static void test_wrong_usage(void **state)
         {"render leafbox -o a.png --time nan", "'nan' is not a number"},
         {"render leafbox -o a.png --quiet=1", "--quiet takes no value"},
         {"render leafbox court -o a.png", "'court' is one argument too many"},
+        {"render" SHOT "-o a.png --light Lamp --sun 0,45", "exclude each other"},
         {"compare leafbox --a ray", "--b METHOD is missing"},
         {"compare leafbox --a ray,ray-raw --b ray", "--a takes one method"},
         {"scene grov -o a.glb", "did you mean 'grove'"},
@@ -168,7 +169,6 @@ static void test_failures(void **state)
         {"render" SHOT "-o folder.png", "folder.png: cannot write: Is a directory"},
         {"render" SHOT "-o a.png --camera Nix", "no camera 'Nix'; it has: CamFront"},
         {"render" SHOT "-o a.png --light Nix", "no light 'Nix'; it has: Lamp"},
-        {"render" SHOT "-o a.png --light Lamp --sun 0,45", "exclude each other"},
         {"compare" SHOT "--a ray --b ray-raw -o full.exr", "full.exr: cannot make the folder"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
