@@ -1,6 +1,8 @@
 #include <math.h>
 #include <string.h>
 
+#include <gnomon/shadow/ray_cone.h>
+
 #include "render/device.h"
 
 /* What the next frame's motion is measured against. */
@@ -166,7 +168,7 @@ static gn_rays make_rays(const gn_view *view, const gn_camera *camera)
         rays.back[i] = m[8 + i];
     }
     rays.cone_width = orthographic ? (float)(2.0 * half / height) : 0.0f;
-    rays.cone_angle = orthographic ? 0.0f : (float)atan(2.0 * half / height);
+    rays.cone_angle = orthographic ? 0.0f : gn_ray_cone_spread((float)half, (float)height);
     return rays;
 }
 

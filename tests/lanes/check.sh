@@ -9,6 +9,18 @@ here=$SOURCE/tests/lanes
 checked=0
 failed=0
 
+# Functions that are not compared.
+for header in ray_cone alpha dialect; do
+    names=$(sed -nE 's/^GN_FN [a-z_0-9]+ (gn_[a-z_0-9]+)\(.*/\1/p' \
+        "$SOURCE/include/gnomon/shadow/$header.h")
+    for name in $names; do
+        if ! grep -q "[^a-z_0-9]$name(" "$here/functions.h"; then
+            echo "FAILED: tests/lanes/functions.h does not have $name of $header.h"
+            failed=1
+        fi
+    done
+done
+
 # check COMPILER FLAG...
 check() {
     "$@" -std=gnu17 -ffp-contract=off -fno-math-errno -fno-trapping-math -Wno-psabi \
