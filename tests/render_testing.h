@@ -92,7 +92,7 @@ static gn_device *device;
 static inline int open_device(void **state)
 {
     (void)state;
-    return gn_device_create(NULL, &device);
+    return (int)gn_device_create(NULL, &device);
 }
 
 static inline int close_device(void **state)
@@ -370,7 +370,7 @@ static inline size_t count_different(const float *a, const float *b, size_t coun
 {
     size_t different = 0;
     for (size_t i = 0; i < count; i++)
-        different += !(fabsf(a[i] - b[i]) <= by);
+        different += fabsf(a[i] - b[i]) <= by ? 0 : 1;
     return different;
 }
 
