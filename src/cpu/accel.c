@@ -136,6 +136,7 @@ static gn_result fill_samplers(gn_accel *accel, const gn_scene *scene)
         gn_sampler *sampler = &accel->samplers[i];
         *sampler = (gn_sampler){.cutoff = blend ? 0.5f : fmaxf(material->desc.alpha_cutoff, 1e-6f),
                                 .last_mip = (float)(map->levels - 1),
+            .texels = (float)map->width * (float)map->height,
                                 .wrap_u = material->desc.wrap_u,
                                 .wrap_v = material->desc.wrap_v,
                                 .blend = blend};

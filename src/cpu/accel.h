@@ -36,6 +36,7 @@ typedef struct gn_level {
 typedef struct gn_sampler {
     float cutoff; /* of the test, > 0; 0.5 for BLEND */
     float last_mip;
+    float texels; /* of mip 0 */
     gn_wrap wrap_u, wrap_v;
     bool blend;
     gn_level levels[GN_CHAINS][GN_MAX_LEVELS];

@@ -103,6 +103,16 @@ GN_FN real gn_ray_cone_footprint(real width, real texel_scale, real normal_dot)
     return width * texel_scale / gn_abs(normal_dot);
 }
 
+/* The same of equal area, our own: Hit widens the cone along one axis of the surface only, and
+ * Equation 3 takes the longer axis for both, which blurs too much at grazing angles. The footprint
+ * that covers as much of the texture has width / sqrt(|cos|) in place of width / |cos|, so
+ *     2^LOD = width sqrt(t_a / |N.d|).
+ * texel_area: t_a. */
+GN_FN real gn_ray_cone_footprint_area(real width, real texel_area, real normal_dot)
+{
+    return width * gn_sqrt(texel_area / gn_abs(normal_dot));
+}
+
 /* The mip nearest to log2(footprint), [0, last]: the exponent of footprint * sqrt(2). Infinite and
  * NaN footprints (edge-on triangles) give the last mip. */
 GN_FN real gn_ray_cone_nearest_mip(real footprint, real last)
