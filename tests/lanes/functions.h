@@ -38,6 +38,8 @@ CONE(focus_exact, LENGTH, gn_ray_cone_focus_exact(GN_MAKE_CONE(a, b), c))
 REAL(lod, LENGTH, gn_ray_cone_lod(a, b, c))
 REAL(footprint, LENGTH, gn_ray_cone_footprint(a, b, c))
 REAL(footprint_any, ANY, gn_ray_cone_footprint(a, b, c))
+REAL(footprint_area, LENGTH, gn_ray_cone_footprint_area(a, b, c))
+REAL(footprint_area_any, ANY, gn_ray_cone_footprint_area(a, b, c))
 REAL(nearest_mip, ANY, gn_ray_cone_nearest_mip(a, gn_splat(11.0f)))
 
 /* alpha.h */
