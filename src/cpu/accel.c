@@ -133,10 +133,11 @@ static gn_result fill_samplers(gn_accel *accel, const gn_scene *scene)
         const bool blend = material->desc.alpha_mode == GN_ALPHA_BLEND;
         if (map->levels == 0)
             continue;
+        const float cutoff = blend ? 0.5f : fmaxf(material->desc.alpha_cutoff, 1e-6f);
         gn_sampler *sampler = &accel->samplers[i];
         *sampler = (gn_sampler){.cutoff = blend ? 0.5f : fmaxf(material->desc.alpha_cutoff, 1e-6f),
                                 .last_mip = (float)(map->levels - 1),
-            .texels = (float)map->width * (float)map->height,
+                                .texels = (float)map->width * (float)map->height,
                                 .wrap_u = material->desc.wrap_u,
                                 .wrap_v = material->desc.wrap_v,
                                 .blend = blend};
@@ -276,7 +277,7 @@ static gn_result build(gn_accel *accel, const gn_scene *scene)
     static const float identity[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
     uint8_t *places = place_nodes(context, scene);
     accel->trees = gn_alloc_zero(context, (size_t)scene->mesh_count + 1, sizeof *accel->trees);
-    accel->tree_count = scene->mesh_count;
+    accel->tree_count = accel->trees ? scene->mesh_count : 0;
     accel->instances =
         gn_alloc_zero(context, (size_t)scene->node_count + 2, sizeof *accel->instances);
     gn_result result = GN_OK;
