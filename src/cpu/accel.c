@@ -135,12 +135,16 @@ static gn_result fill_samplers(gn_accel *accel, const gn_scene *scene)
             continue;
         const float cutoff = blend ? 0.5f : fmaxf(material->desc.alpha_cutoff, 1e-6f);
         gn_sampler *sampler = &accel->samplers[i];
-        *sampler = (gn_sampler){.cutoff = blend ? 0.5f : fmaxf(material->desc.alpha_cutoff, 1e-6f),
-                                .last_mip = (float)(map->levels - 1),
-                                .texels = (float)map->width * (float)map->height,
-                                .wrap_u = material->desc.wrap_u,
-                                .wrap_v = material->desc.wrap_v,
-                                .blend = blend};
+        const double cutoff_sum = (double)cutoff * GN_ALPHA_ONE;
+        *sampler =
+            (gn_sampler){.cutoff = cutoff,
+                         .cutoff_sum = (uint32_t)ceil(cutoff_sum),
+                         .saturate_scale = (uint64_t)(4294967296.0 * GN_OPACITY_STEPS / cutoff_sum),
+                         .last_mip = (int)map->levels - 1,
+                         .texels = (float)map->width * (float)map->height,
+                         .wrap_u = material->desc.wrap_u,
+                         .wrap_v = material->desc.wrap_v,
+                         .blend = blend};
         uint8_t *const *const chains[GN_CHAINS] = {map->averaged, map->rescaled, map->coverage};
         for (uint32_t chain = 0; chain < GN_CHAINS; chain++)
             for (uint32_t level = 0; level < map->levels; level++) {

@@ -32,10 +32,15 @@ typedef struct gn_level {
     uint16_t width, height;
 } gn_level;
 
-/* The alpha of one material. */
+/* The alpha of one material. The filters work with sums of four texels whose weights add up to
+ * 2^24: alpha times GN_ALPHA_ONE. */
+#define GN_ALPHA_ONE (255u << 24)
+
 typedef struct gn_sampler {
-    float cutoff; /* of the test, > 0; 0.5 for BLEND */
-    float last_mip;
+    float cutoff;            /* of the test, > 0; 0.5 for BLEND */
+    uint32_t cutoff_sum;     /* the least sum that passes */
+    uint64_t saturate_scale; /* sum * this / 2^32: steps of opacity under saturate */
+    int last_mip;
     float texels; /* of mip 0 */
     gn_wrap wrap_u, wrap_v;
     bool blend;

@@ -5,7 +5,7 @@
 #include <stdint.h>
 
 #define GN_LINEAR_STEPS  4095
-#define GN_OPACITY_STEPS 1023
+#define GN_OPACITY_STEPS 1020 /* 4 times 255: sums of texels become steps by a shift */
 
 typedef struct gn_tables {
     float linear[256];                 /* of an sRGB byte */

@@ -113,12 +113,17 @@ GN_FN real gn_ray_cone_footprint_area(real width, real texel_area, real normal_d
     return width * gn_sqrt(texel_area / gn_abs(normal_dot));
 }
 
-/* The mip nearest to log2(footprint), [0, last]: the exponent of footprint * sqrt(2). Infinite and
- * NaN footprints (edge-on triangles) give the last mip. */
+/* The whole number nearest to log2(footprint): the exponent of footprint * sqrt(2). 128 for
+ * infinite and NaN footprints (edge-on triangles). */
+GN_FN lint gn_ray_cone_nearest_level(real footprint)
+{
+    return ((gn_bits(footprint * 1.41421356f) & 0x7fffffff) >> 23) - 127;
+}
+
+/* The same as a mip that exists, [0, last]. */
 GN_FN real gn_ray_cone_nearest_mip(real footprint, real last)
 {
-    lint exponent = ((gn_bits(footprint * 1.41421356f) & 0x7fffffff) >> 23) - 127;
-    return gn_clamp(gn_to_real(exponent), K(0.0f), last);
+    return gn_clamp(gn_to_real(gn_ray_cone_nearest_level(footprint)), K(0.0f), last);
 }
 
 #include "dialect_end.h"
