@@ -121,18 +121,22 @@ static double card_opacity(const card *c, vec from, vec direction, double width_
     const gn_alpha_map *map = &m->alpha;
     const double texels = map->width * c->turns * map->height * c->turns;
     const double width = width_here - width_loss * t;
-    const double footprint = width * sqrt(texels / area) / (fabs(dot(direction, n)) / area);
-    const double lod = log2(footprint), last = map->levels - 1;
-    const double mip = rule == GN_ALPHA_RULE_MIP0 ? 0 : fmax(0, fmin(last, floor(lod + 0.5)));
-    if (rule != GN_ALPHA_RULE_MIP0 && fabs(lod + 0.5 - floor(lod + 1)) < 1e-3)
-        return -1;
     const bool blend = m->desc.alpha_mode == GN_ALPHA_BLEND;
-    const bool plain = blend || rule == GN_ALPHA_RULE_MIP0 || !rescaled;
-    const bool magnified = rule == GN_ALPHA_RULE_COVERAGE && footprint < 1;
-    uint8_t *const *chain = plain || magnified               ? map->averaged
-                            : rule == GN_ALPHA_RULE_COVERAGE ? map->coverage
-                                                             : map->rescaled;
-    if (!blend && rule == GN_ALPHA_RULE_COVERAGE && !magnified)
+    const bool coverage = rule == GN_ALPHA_RULE_COVERAGE;
+    /* Coverage takes the footprint of equal area, and a mip finer by half a level. */
+    const double cosine = fabs(dot(direction, n)) / area;
+    const double footprint = width * sqrt(texels / area) / (coverage ? sqrt(cosine) : cosine);
+    const double level = log2(footprint) + (coverage && !blend ? 0 : 0.5);
+    if (rule != GN_ALPHA_RULE_MIP0 &&
+        (fabs(level - floor(level + 0.5)) < 1e-3 || fabs(footprint - 1) < 1e-3))
+        return -1;
+    const double last = map->levels - 1;
+    const double mip = rule == GN_ALPHA_RULE_MIP0 ? 0 : fmax(0, fmin(last, floor(level)));
+    const bool magnified = coverage && !blend && footprint < 1;
+    uint8_t *const *chain = map->rescaled;
+    if (blend || magnified || rule == GN_ALPHA_RULE_MIP0 || (!coverage && !rescaled))
+        chain = map->averaged;
+    else if (coverage)
         chain = map->coverage;
     double slope;
     const double alpha = look_up(m, chain, (uint32_t)mip, u * c->turns, v * c->turns, &slope);

@@ -67,7 +67,7 @@ static gn_scene *make_scene(double unit, bool moving)
     uint8_t rgba[64 * 64 * 4];
     for (int i = 0; i < 64 * 64; i++) {
         memset(rgba + 4 * i, 128, 4);
-        rgba[4 * i + 3] = (i % 64 / 8 + i / 512) % 2 ? 255 : (uint8_t)(i % 64 * 2);
+        rgba[4 * i + 3] = (uint8_t)((i % 64 / 8 + i / 512) % 2 ? 255 : i % 64 * 2);
     }
     gn_texture_desc texture = gn_texture_desc_default();
     texture.width = texture.height = 64;
