@@ -391,7 +391,7 @@ static void test_flicker(void **state)
             const gn_flicker change =
                 gn_measure_flicker(&flicker, gn_view_gbuffer(view), gn_view_visibility(view, 0));
             assert_true(change.flicker == 0 && change.toggles == 0);
-            if (n > 0 && change.pixels < (kind ? 0.9 : 1) * WIDTH * HEIGHT)
+            if (n > 0 && (double)change.pixels < (kind ? 0.9 : 1) * WIDTH * HEIGHT)
                 fail_msg("frame %d: only %zu pixels compared", n, (size_t)change.pixels);
         }
         gn_flicker_state_free(&flicker);
