@@ -138,12 +138,12 @@ static void test_instruction_sets(void **state)
     assert_true(have[0]);
     size_t wrong[3] = {0}, shades[3] = {0}, pixels = 0;
     for (size_t k = 0; k < KINDS; k++) {
-        result scalar = render_all(devices[0], kinds[k], 640, 1);
+        result scalar = render_all(devices[0], kinds[k], 480, 1);
         pixels += METHODS * scalar.frame.pixels;
         for (int i = 1; i < 3; i++) {
             if (!have[i])
                 continue;
-            result wide = render_all(devices[i], kinds[k], 640, 1);
+            result wide = render_all(devices[i], kinds[k], 480, 1);
             for (size_t m = 0; m < METHODS; m++) {
                 const float *a = scalar.visibility[m], *b = wide.visibility[m];
                 wrong[i] += count_different(a, b, scalar.frame.pixels, 0.5f);

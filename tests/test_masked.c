@@ -263,6 +263,49 @@ static void test_rules(void **state)
         }
 }
 
+/* The camera sees the card where its alpha, in mip 0 from so near, reaches the cutoff, and the
+ * floor through its holes. */
+static void test_camera(void **state)
+{
+    (void)state;
+    static const vec corners[4] = {{-1, 1, 1}, {1, 1, 1}, {1, 1.2, -1}, {-1, 1.2, -1}};
+    const vec eye = v3(0.2, 3.5, 1);
+    for (int k = 0; k < 6; k++) {
+        const gn_wrap wrap = (gn_wrap)(k % 3);
+        const double turns = 1.7;
+        gn_scene *scene = new_scene();
+        place(scene, add_floor(scene, 8, 0, GN_NONE), false);
+        const uint32_t texture = add_texture(scene, 13, 9);
+        const uint32_t material = add_masked(scene, texture, GN_ALPHA_MASK, 0.6, 1, wrap);
+        place(scene, add_quad(scene, corners, turns, material), k / 3);
+        const uint32_t camera = add_camera(scene, eye, v3(0, 1, 0), 0.9, 0.1);
+        const uint32_t sun = add_sun(scene, v3(0.3, 1, 0.2));
+        ok(gn_scene_commit(scene));
+        frame f = render(scene, camera, sun, 320, 240);
+        picture(&f, "camera");
+        const card c = {corners[0], sub(corners[1], corners[0]), sub(corners[3], corners[0]), turns,
+                        &scene->materials[material]};
+        size_t wrong = 0, undecided = 0, seen[2] = {0, 0};
+        for (size_t i = 0; i < f.pixels; i++) {
+            const vec direction = unit(sub(position_at(f.g, i), eye));
+            const double opacity =
+                f.g->surface[i] == GN_NONE
+                    ? 0
+                    : card_opacity(&c, eye, direction, 1e-6, 0, GN_ALPHA_RULE_TEST, false);
+            undecided += opacity < 0;
+            if (opacity < 0 || f.g->surface[i] == GN_NONE)
+                continue;
+            seen[opacity > 0]++;
+            wrong += (f.g->surface[i] == 1) != (opacity > 0);
+        }
+        few(wrong, f.pixels, 0, "camera, wrap %d", (int)wrap);
+        few(undecided, f.pixels, 0.02, "camera, wrap %d: undecided", (int)wrap);
+        assert_true(seen[0] > 1000 && seen[1] > 1000);
+        end(&f);
+        gn_scene_destroy(&scene);
+    }
+}
+
 /* Layers, cutoffs, extremes ------------------------------------------------------------------ */
 
 /* A floor under `layers` squares of one material, the camera far to the side; the visibility of
@@ -486,9 +529,9 @@ static void test_instances_agree(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_rules),           cmocka_unit_test(test_layers),
-        cmocka_unit_test(test_cutoff_one),      cmocka_unit_test(test_point_light_clip),
-        cmocka_unit_test(test_instances_agree),
+        cmocka_unit_test(test_camera),           cmocka_unit_test(test_rules),
+        cmocka_unit_test(test_layers),           cmocka_unit_test(test_cutoff_one),
+        cmocka_unit_test(test_point_light_clip), cmocka_unit_test(test_instances_agree),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }
