@@ -29,6 +29,7 @@ void main()
     levels[i] = vec4(gn_ray_cone_lod(gn_ray_cone_hit(sun, 0.9).width, 4096.0, 0.01),
                      gn_ray_cone_lod(gn_ray_cone_hit(lamp, 0.9).width, 4096.0, 0.01),
                      gn_ray_cone_lod(gn_ray_cone_hit(exact, 0.9).width, 4096.0, 0.01),
+                     float(gn_ray_cone_nearest_level(sun.width)) +
                      gn_ray_cone_nearest_mip(gn_ray_cone_footprint(sun.width, 64.0, 0.9) +
                                                  gn_ray_cone_footprint_area(lamp.width, 4096.0, 0.1),
                                              10.0));

@@ -40,6 +40,7 @@ REAL(footprint, LENGTH, gn_ray_cone_footprint(a, b, c))
 REAL(footprint_any, ANY, gn_ray_cone_footprint(a, b, c))
 REAL(footprint_area, LENGTH, gn_ray_cone_footprint_area(a, b, c))
 REAL(footprint_area_any, ANY, gn_ray_cone_footprint_area(a, b, c))
+REAL(nearest_level, ANY, gn_to_real(gn_ray_cone_nearest_level(a)))
 REAL(nearest_mip, ANY, gn_ray_cone_nearest_mip(a, gn_splat(11.0f)))
 
 /* alpha.h */
