@@ -175,7 +175,26 @@ static inline int wrap(float u, uint32_t size, gn_wrap rule, int *next, float *f
     return i >= 0 ? i : rule == GN_WRAP_REPEAT ? last : 0;
 }
 
-/* Base colour of a hit, bilinear in the mip nearest to the cone's footprint. */
+/* Adds weight times a mip of a texture at (u, v), bilinear, to color. */
+static inline void add_mip(const gn_tables *tables, const gn_texture *texture,
+                           const gn_material_desc *material, uint32_t level, float u, float v,
+                           float weight, float color[3])
+{
+    const uint32_t width = gn_level_size(texture->width, level);
+    const uint32_t height = gn_level_size(texture->height, level);
+    int x1, y1;
+    float fx, fy;
+    const int x0 = wrap(u, width, material->wrap_u, &x1, &fx);
+    const int y0 = wrap(v, height, material->wrap_v, &y1, &fy);
+    const uint8_t *row0 = texture->rgba[level] + (size_t)y0 * width * 4;
+    const uint8_t *row1 = texture->rgba[level] + (size_t)y1 * width * 4;
+    texel_add(tables, row0 + x0 * 4, weight * (1.0f - fx) * (1.0f - fy), color);
+    texel_add(tables, row0 + x1 * 4, weight * fx * (1.0f - fy), color);
+    texel_add(tables, row1 + x0 * 4, weight * (1.0f - fx) * fy, color);
+    texel_add(tables, row1 + x1 * 4, weight * fx * fy, color);
+}
+
+/* Base colour of a hit, trilinear at the footprint's area. */
 static inline uint32_t hit_albedo(const gn_gbuffer_job *job, const hit *h, float cosine,
                                   float cone_width)
 {
@@ -194,21 +213,16 @@ static inline uint32_t hit_albedo(const gn_gbuffer_job *job, const hit *h, float
             (float)texture->width * (float)texture->height *
             fabsf((t1[0] - t0[0]) * (t2[1] - t0[1]) - (t2[0] - t0[0]) * (t1[1] - t0[1]));
         const float p_a = sqrtf(dot3(h->normal, h->normal));
-        const float footprint = cone_width * sqrtf(t_a / p_a) / gn_abs(cosine);
-        const int level = (int)gn_ray_cone_nearest_mip(footprint, (float)(texture->levels - 1));
-        const uint32_t width = gn_level_size(texture->width, (uint32_t)level);
-        const uint32_t height = gn_level_size(texture->height, (uint32_t)level);
-        int x1, y1;
-        float fx, fy;
-        const int x0 = wrap(u, width, material->desc.wrap_u, &x1, &fx);
-        const int y0 = wrap(v, height, material->desc.wrap_v, &y1, &fy);
-        const uint8_t *row0 = texture->rgba[level] + (size_t)y0 * width * 4;
-        const uint8_t *row1 = texture->rgba[level] + (size_t)y1 * width * 4;
+        const float footprint = gn_ray_cone_footprint_area(cone_width, t_a, p_a * cosine);
+        /* Edge-on footprints are infinite, those without texture coordinates nothing. */
+        const float lod = gn_clamp(gn_log2(gn_clamp(footprint, 1.0f, 65536.0f)), 0.0f,
+                                   (float)(texture->levels - 1));
+        const uint32_t level = (uint32_t)(int)lod;
+        const float between = lod - (float)(int)level;
         color[0] = color[1] = color[2] = 0.0f;
-        texel_add(tables, row0 + x0 * 4, (1.0f - fx) * (1.0f - fy), color);
-        texel_add(tables, row0 + x1 * 4, fx * (1.0f - fy), color);
-        texel_add(tables, row1 + x0 * 4, (1.0f - fx) * fy, color);
-        texel_add(tables, row1 + x1 * 4, fx * fy, color);
+        add_mip(tables, texture, &material->desc, level, u, v, 1.0f - between, color);
+        if (between > 0.0f)
+            add_mip(tables, texture, &material->desc, level + 1, u, v, between, color);
     }
     uint32_t packed = 0xff000000u;
     for (int i = 0; i < 3; i++) {
