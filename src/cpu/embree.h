@@ -15,7 +15,7 @@
 
 #include <embree4/rtcore.h>
 
-typedef RTCRayQueryContext gn_rtc_context;
+typedef struct RTCRayQueryContext gn_rtc_context;
 
 static inline void gn_rtc_context_init(gn_rtc_context *context)
 {
