@@ -4,15 +4,14 @@
 BUILD = build/release
 GNOMON = $(BUILD)/bin/gnomon
 PREFIX = /usr/local
-METHODS = naive,ray-mip0,ray-test,ray-raw,ray-saturate,ray-coverage
 
 .PHONY: help build demo test bench format clean install
 
 help:
 	@echo "make demo      render the built-in scene with every method: out/demo/index.html"
 	@echo "make test      build and run the tests"
-	@echo "make bench     times, flicker and errors of the methods on the built-in scene, and on"
-	@echo "               grove.glb of the folder GNOMON_SCENES, if set"
+	@echo "make bench     the tables of docs/benchmarks.md: times, flicker and errors of the methods on"
+	@echo "               built-in scenes, and on those of the folder GNOMON_SCENES, if set"
 	@echo "make build     build into $(BUILD); the program is $(GNOMON)"
 	@echo "make install   install into PREFIX, $(PREFIX)"
 	@echo "make format    bring all C files into the project's style (clang-format)"
@@ -31,10 +30,7 @@ test: build
 	@ctest --test-dir $(BUILD) --output-on-failure
 
 bench: build
-	@for scene in grove $${GNOMON_SCENES:+"$$GNOMON_SCENES/grove.glb"}; do \
-		echo "== $$scene"; \
-		$(GNOMON) bench "$$scene" --methods $(METHODS) --frames 60 || exit 1; \
-	done
+	@benchmarks/run.sh $(GNOMON)
 
 install: build
 	cmake --install $(BUILD) --prefix $(PREFIX)
