@@ -20,7 +20,7 @@ static const struct shown {
     double spot[2];
 } shown_scenes[] = {{"grove", "CamRoad", {0.21, 0.76}}, {"leafbox", "CamFront", {0.3, 0.88}}};
 
-#define SCENE_COUNT (sizeof shown_scenes / sizeof *shown_scenes)
+enum { SCENE_COUNT = sizeof shown_scenes / sizeof *shown_scenes };
 
 /* What is known of one method on one scene. */
 typedef struct entry {
