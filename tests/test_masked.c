@@ -123,10 +123,10 @@ static double card_opacity(const card *c, vec from, vec direction, double width_
     const double width = width_here - width_loss * t;
     const bool blend = m->desc.alpha_mode == GN_ALPHA_BLEND;
     const bool coverage = rule == GN_ALPHA_RULE_COVERAGE;
-    /* Coverage takes the footprint of equal area, and a mip finer by half a level. */
+    /* Coverage takes the footprint of equal area, and a mip finer by a third of a level. */
     const double cosine = fabs(dot(direction, n)) / area;
     const double footprint = width * sqrt(texels / area) / (coverage ? sqrt(cosine) : cosine);
-    const double level = log2(footprint) + (coverage && !blend ? 0 : 0.5);
+    const double level = log2(footprint) + (coverage && !blend ? 0.5 - 1.0 / 3 : 0.5);
     if (rule != GN_ALPHA_RULE_MIP0 &&
         (fabs(level - floor(level + 0.5)) < 1e-3 || fabs(footprint - 1) < 1e-3))
         return -1;

@@ -76,7 +76,7 @@ typedef struct gn_mesh_part {
     uint32_t vertex_count;   /* >= 3 */
     const float *positions;  /* vertex_count * 3, finite */
     const float *normals;    /* vertex_count * 3, or NULL: flat shading */
-    const float *uvs;        /* vertex_count * 2, or NULL: all zero */
+    const float *uvs;        /* vertex_count * 2, or NULL: all zero; clamped to +-1e6 */
     uint32_t index_count;    /* a multiple of 3, >= 3 */
     const uint32_t *indices; /* index_count, each < vertex_count */
     uint32_t material;       /* index, or GN_NONE: white, opaque, double sided */

@@ -77,6 +77,7 @@ typedef struct gn_kernels {
     const char *name;
     RTCFilterFunctionN intersect_filter, occluded_filter;
     void (*trace)(const gn_tracer *tracer, gn_shadow_packet *packet);
+    void (*gbuffer_tile)(const gn_gbuffer_job *job, uint32_t tile);
     uint64_t (*visibility_tile)(const gn_visibility_job *job, uint32_t tile); /* rays traced */
 } gn_kernels;
 

@@ -56,6 +56,9 @@ static uint32_t default_material(gn_scene *scene)
     return index;
 }
 
+/* Beyond this, in textures, a float has no fraction worth the name; the lookups count on it. */
+#define MAX_TURNS 1e6f
+
 static bool transform_uvs(float *uvs, size_t count, const float m[6])
 {
     for (size_t i = 0; i < count; i++) {
@@ -63,7 +66,11 @@ static bool transform_uvs(float *uvs, size_t count, const float m[6])
         uvs[2 * i] = m[0] * u + m[1] * v + m[2];
         uvs[2 * i + 1] = m[3] * u + m[4] * v + m[5];
     }
-    return gn_all_finite(uvs, 2 * count);
+    if (!gn_all_finite(uvs, 2 * count))
+        return false;
+    for (size_t i = 0; i < 2 * count; i++)
+        uvs[i] = fminf(fmaxf(uvs[i], -MAX_TURNS), MAX_TURNS);
+    return true;
 }
 
 static gn_result copy_part(gn_scene *scene, const gn_mesh_part *source, gn_part *part, uint32_t nth,
