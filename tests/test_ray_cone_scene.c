@@ -251,8 +251,8 @@ static void test_rules(void **state)
     }
 }
 
-/* Coverage, our own, goes by the footprint's area and reads a third of a level finer. Where the light
- * mirrors the camera, cones know the area. */
+/* Coverage, our own, goes by the footprint's area and reads a third of a level finer. Where the
+ * light mirrors the camera, cones know the area. */
 static void test_coverage(void **state)
 {
     (void)state;
@@ -263,7 +263,8 @@ static void test_coverage(void **state)
             const setup s = lit_setup(mirrored[i % 2], (gn_light_type)type);
             const double level = 1 + (double)(i % 4) + offsets[(i + (size_t)type) % 3];
             gn_scene *scene = make_setup(&s, (gn_light_type)type);
-            add_occluder(scene, &s, &placements[i], carry_pixel(&s).area / exp2(2 * (level + 1.0 / 3)));
+            add_occluder(scene, &s, &placements[i],
+                         carry_pixel(&s).area / exp2(2 * (level + 1.0 / 3)));
             ok(gn_scene_commit(scene));
             check_mip(scene, &s, "ray-coverage", level, placements[i].name);
             gn_scene_destroy(&scene);

@@ -8,6 +8,7 @@
 /* What the next frame's motion is measured against. */
 typedef struct history {
     bool valid;
+    const gn_scene *scene; /* only to tell another one */
     gn_rays rays;
     float *world; /* 16 a node */
     uint32_t node_count;
@@ -187,6 +188,7 @@ static gn_result remember(gn_view *view, const gn_scene *scene, const gn_rays *r
     }
     for (uint32_t i = 0; i < scene->node_count; i++)
         memcpy(last->world + 16 * (size_t)i, scene->nodes[i].world, 16 * sizeof(float));
+    last->scene = scene;
     last->rays = *rays;
     last->valid = true;
     return GN_OK;
@@ -195,7 +197,7 @@ static gn_result remember(gn_view *view, const gn_scene *scene, const gn_rays *r
 /* The first frame, and the one after a reset, has not moved. */
 static gn_result start_history(gn_view *view, const gn_scene *scene, const gn_rays *rays)
 {
-    if (view->last.valid && view->last.node_count == scene->node_count)
+    if (view->last.valid && view->last.scene == scene && view->last.node_count == scene->node_count)
         return GN_OK;
     return remember(view, scene, rays);
 }
