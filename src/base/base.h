@@ -38,6 +38,14 @@ void gn_log(gn_context *context, gn_log_level level, const char *format, ...)
 /* Reports progress; true where the user asked to stop. */
 bool gn_report(gn_context *context, double fraction, const char *what);
 
+/* Returns from the calling function where a call fails. */
+#define GN_TRY(call)                                                                               \
+    do {                                                                                           \
+        const gn_result try_result = (call);                                                       \
+        if (try_result != GN_OK)                                                                   \
+            return try_result;                                                                     \
+    } while (0)
+
 /* Memory ------------------------------------------------------------------------------------ */
 
 /* Aligned to 64 bytes; NULL where there is none (or the size overflows). Not cleared. */

@@ -9,17 +9,6 @@
 /* With at least this alpha everywhere a triangle is opaque under every alpha rule (to 2 %). */
 #define OPAQUE_TEXEL 250
 
-static uint32_t wrap_texel(int64_t x, uint32_t size, gn_wrap wrap)
-{
-    int64_t n = (int64_t)size;
-    if (wrap == GN_WRAP_CLAMP)
-        return (uint32_t)(x < 0 ? 0 : x >= n ? n - 1 : x);
-    if (wrap == GN_WRAP_REPEAT)
-        return (uint32_t)(((x % n) + n) % n);
-    int64_t folded = ((x % (2 * n)) + 2 * n) % (2 * n);
-    return (uint32_t)(folded < n ? folded : 2 * n - 1 - folded);
-}
-
 gn_triangle_class gn_classify_triangle(const gn_material *material, const float uv[3][2])
 {
     if (!material->masked)
@@ -43,13 +32,11 @@ gn_triangle_class gn_classify_triangle(const gn_material *material, const float 
     const int64_t x0 = (int64_t)floorf(low[0]), x1 = (int64_t)floorf(high[0]) + 1;
     const int64_t y0 = (int64_t)floorf(low[1]), y1 = (int64_t)floorf(high[1]) + 1;
     for (int64_t y = y0; y <= y1; y++) {
-        const uint8_t *row = map->averaged[0] +
-                             (size_t)wrap_texel(y, map->height, material->desc.wrap_v) * map->width;
-        for (int64_t x = x0; x <= x1; x++) {
-            uint8_t alpha = row[wrap_texel(x, map->width, material->desc.wrap_u)];
-            least = alpha < least ? alpha : least;
-            most = alpha > most ? alpha : most;
-        }
+        const gn_texel_range row =
+            gn_alpha_range(map->averaged[0], map->width, map->height, material->desc.wrap_u,
+                           material->desc.wrap_v, x0, y, x1, y);
+        least = row.min < least ? row.min : least;
+        most = row.max > most ? row.max : most;
         if (least < OPAQUE_TEXEL && most > 0)
             return GN_CLASS_MASKED;
     }

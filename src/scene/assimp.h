@@ -33,11 +33,4 @@ gn_result gn_assimp_read_material(gn_assimp *import, uint32_t nth);
 /* The nodes with lights, cameras and animation. */
 gn_result gn_assimp_read_nodes(gn_assimp *import);
 
-#define GN_TRY(call)                                                                               \
-    do {                                                                                           \
-        const gn_result try_result = (call);                                                       \
-        if (try_result != GN_OK)                                                                   \
-            return try_result;                                                                     \
-    } while (0)
-
 #endif

@@ -106,12 +106,4 @@ gn_result gn_gltf_read_animations(gn_gltf *gltf); /* gltf_animation.c; fills nod
 /* The TEXCOORD set that a material's texture reads; GN_NONE where it has no texture. */
 gn_result gn_gltf_material_uv_set(gn_gltf *gltf, uint32_t material, uint32_t *set);
 
-/* Returns from the calling function where a call fails. */
-#define GN_TRY(call)                                                                               \
-    do {                                                                                           \
-        const gn_result try_result = (call);                                                       \
-        if (try_result != GN_OK)                                                                   \
-            return try_result;                                                                     \
-    } while (0)
-
 #endif
