@@ -7,6 +7,7 @@
 #include <gnomon/method.h>
 #include <gnomon/procedural.h>
 #include <gnomon/scene.h>
+#include <gnomon/shadow_map.h>
 #include <gnomon/view.h>
 
 #endif

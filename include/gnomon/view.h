@@ -8,6 +8,7 @@
 
 #include <gnomon/method.h>
 #include <gnomon/scene.h>
+#include <gnomon/shadow_map.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -33,6 +34,7 @@ typedef struct gn_gbuffer {
 /* Milliseconds of the last frame, a pass. */
 typedef struct gn_timings {
     double update, gbuffer, visibility, shade;
+    double shadow_map, filter, test, trace; /* parts of visibility, all lights */
 } gn_timings;
 
 typedef struct gn_view_desc {
@@ -41,6 +43,18 @@ typedef struct gn_view_desc {
     uint32_t samples;       /* a pixel, [1, 4096], default 1; more: a supersampled reference, camera
                                jitter, geometry and all */
 } gn_view_desc;
+
+/* What a method remembers from frame to frame: the shadow maps of each light.
+ *
+ * Thread-safety: one thread at a time. */
+typedef struct gn_history gn_history;
+
+GN_API gn_result gn_history_create(gn_device *device, gn_history **history);
+GN_API void gn_history_destroy(gn_history **history);
+/* Forgets everything, as at a camera cut. */
+GN_API void gn_history_reset(gn_history *history);
+/* The map of a light as of the last frame, or NULL. Owned by the history. */
+GN_API const gn_shadow_map *gn_history_map(const gn_history *history, uint32_t light);
 
 /* How visibility is found. */
 typedef struct gn_visibility_desc {
@@ -53,13 +67,23 @@ typedef struct gn_visibility_desc {
                                 remains is rescaled to [0,1] */
     float point_light_clip;  /* metres, >= 0, default 0: hits nearer to a point or spot light are
                                 ignored (a lamp modelled around its light) */
+    /* Methods with a map. */
+    gn_map_desc map;     /* default gn_map_desc_default() */
+    gn_history *history; /* keeps maps between frames; NULL (default): made for this call alone.
+                            One scene and one camera at a time; a change of method, map settings
+                            or scene starts it anew */
+    uint32_t camera;     /* whose picture the G-buffer is, default 0; gn_view_render() sets it */
+    uint32_t frame;      /* number of the frame, default 0: turns the noise */
 } gn_visibility_desc;
 
-/* Optional facts about rays, one value a pixel each; any pointer may be NULL. */
+/* Optional facts, one value a pixel each; any pointer may be NULL. Make it zero first. */
 typedef struct gn_visibility_stats {
-    float *lod;     /* the coarsest level of detail read on the ray's way, in mips; 0 if none */
-    float *lookups; /* alpha lookups on the ray's way */
-    uint64_t rays;  /* out: rays traced */
+    float *lod;        /* the coarsest level of detail read on the ray's way, in mips; 0 if none */
+    float *lookups;    /* alpha lookups on the ray's way */
+    float *layer;      /* methods with a map: cascade or face that was read; -1 where none */
+    uint64_t rays;     /* out: rays traced */
+    gn_map_update map; /* out: what was done to the map */
+    double test_ms, trace_ms; /* out: reading the map; tracing rays */
 } gn_visibility_stats;
 
 /* Thread-safety: one thread at a time for each view; views of one committed scene may render at

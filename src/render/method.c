@@ -6,25 +6,25 @@
 
 static const gn_method ray_mip0 = {
     "ray-mip0",   "a ray a pixel, alpha test in mip 0: exact, flickers in foliage",
-    "",           GN_MAP_NONE,
+    "",           {.kind = GN_MAP_NONE},
     GN_TRACE_ALL, GN_ALPHA_RULE_MIP0};
 static const gn_method ray_raw = {
     "ray-raw",    "a ray cone a pixel, alpha itself is blocked: steady, too soft",
-    RAY_CONES,    GN_MAP_NONE,
+    RAY_CONES,    {.kind = GN_MAP_NONE},
     GN_TRACE_ALL, GN_ALPHA_RULE_RAW};
 static const gn_method ray_test = {
     "ray-test",   "a ray cone a pixel, alpha test in the mip: hard, still flickers",
-    RAY_CONES,    GN_MAP_NONE,
+    RAY_CONES,    {.kind = GN_MAP_NONE},
     GN_TRACE_ALL, GN_ALPHA_RULE_TEST};
 static const gn_method ray_saturate = {
     "ray-saturate", "a ray cone a pixel, saturated alpha: steady, a little thick",
-    RAY_CONES,      GN_MAP_NONE,
+    RAY_CONES,      {.kind = GN_MAP_NONE},
     GN_TRACE_ALL,   GN_ALPHA_RULE_SATURATE};
 static const gn_method ray_coverage = {
     "ray-coverage",
     "a ray cone a pixel, mips of the thresholded alpha: steady, neither thick nor soft",
     "",
-    GN_MAP_NONE,
+    {.kind = GN_MAP_NONE},
     GN_TRACE_ALL,
     GN_ALPHA_RULE_COVERAGE};
 

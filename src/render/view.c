@@ -38,6 +38,7 @@ gn_visibility_desc gn_visibility_desc_default(void)
     return (gn_visibility_desc){.cookie = GN_COOKIE,
                                 .method = gn_method_find("ray"),
                                 .rescale_alpha = true,
+                                .map = gn_map_desc_default(),
                                 .cutoff = 0.01f};
 }
 

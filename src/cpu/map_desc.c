@@ -1,0 +1,173 @@
+/* Settings of shadow maps: defaults, ranges, and what a format needs. */
+#include <math.h>
+
+#include "cpu/map.h"
+
+gn_map_desc gn_map_desc_default(void)
+{
+    return (gn_map_desc){.cookie = GN_COOKIE,
+                         .resolution = 2048,
+                         .samples = 1,
+                         .cascades = 4,
+                         .split_weight = 0.85f,
+                         .enlarge = 0.15f,
+                         .filter_width = 9,
+                         .filter_sigma = 2.4f,
+                         .depth_bias = -1.0f,
+                         .normal_bias = -1.0f,
+                         .minimum_variance = -1.0f,
+                         .moment_bias = -1.0f};
+}
+
+static const char *kind_name(gn_map_kind kind)
+{
+    static const char *const names[] = {"none", "depth", "pcf", "vsm",
+                                        "esm",  "evsm",  "msm", "nlmsm"};
+    return (unsigned)kind < sizeof names / sizeof *names ? names[kind] : "unknown";
+}
+
+/* Bits a texel that a kind comes in, ending with 0. */
+static const uint32_t *bits_of(const gn_map_format *format)
+{
+    static const uint32_t plain[] = {32, 0}, two[] = {32, 64, 0}, four[] = {64, 128, 0},
+                          one_sided[] = {64, 0};
+    switch (format->kind) {
+    case GN_MAP_VSM:
+    case GN_MAP_NLMSM:
+        return two;
+    case GN_MAP_EVSM:
+        return format->one_sided ? one_sided : four;
+    case GN_MAP_MSM:
+        return four;
+    default:
+        return plain;
+    }
+}
+
+/* The largest exponent whose values the format's numbers hold. */
+static float largest_exponent(const gn_map_format *format)
+{
+    if (format->kind == GN_MAP_ESM)
+        return 84.0f;
+    return format->bits == 64 && !format->one_sided && !format->single_depth ? 5.54f : 42.0f;
+}
+
+static gn_result check_exponent(gn_context *context, const gn_map_format *format, const char *name,
+                                float exponent)
+{
+    const float largest = largest_exponent(format);
+    if (exponent > 0.0f && exponent <= largest)
+        return GN_OK;
+    return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                   "%s with %u bits: %s exponent %g: the range is 0 (not included) to %g",
+                   kind_name(format->kind), format->bits, name, (double)exponent, (double)largest);
+}
+
+static gn_result check_format(gn_context *context, const gn_map_format *format)
+{
+    if (format->kind <= GN_MAP_NONE || format->kind > GN_MAP_NLMSM)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "map kind %d does not exist",
+                       (int)format->kind);
+    const uint32_t *bits = bits_of(format);
+    if (format->bits != bits[0] && (bits[1] == 0 || format->bits != bits[1])) {
+        if (bits[1])
+            return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                           "%s with %u bits a texel: it has %u or %u", kind_name(format->kind),
+                           format->bits, bits[0], bits[1]);
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "%s with %u bits a texel: it has %u",
+                       kind_name(format->kind), format->bits, bits[0]);
+    }
+    const bool vectors = format->kind >= GN_MAP_VSM && format->kind <= GN_MAP_MSM;
+    if (format->single_depth && !vectors)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                       "%s cannot be built from single depths: vsm, esm, evsm and msm can",
+                       kind_name(format->kind));
+    if (format->kind == GN_MAP_EVSM || format->kind == GN_MAP_ESM)
+        GN_TRY(check_exponent(context, format, "positive", format->positive_exponent));
+    if (format->kind == GN_MAP_EVSM && !format->one_sided)
+        GN_TRY(check_exponent(context, format, "negative", format->negative_exponent));
+    const uint32_t w = format->pcf_width;
+    if (format->kind == GN_MAP_PCF && w != 2 && (w < 3 || w > 33 || w % 2 == 0))
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                       "pcf with a width of %u: it is 2, or odd from 3 to 33", w);
+    return GN_OK;
+}
+
+static gn_result check_real(gn_context *context, const char *name, float value, float low,
+                            float high)
+{
+    if (value >= low && value <= high)
+        return GN_OK;
+    return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "%s of %g: the range is %g to %g", name,
+                   (double)value, (double)low, (double)high);
+}
+
+static gn_result check_splits(gn_context *context, const gn_map_desc *desc)
+{
+    if (desc->cascades < 1 || desc->cascades > GN_MAX_CASCADES)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "%u cascades: the range is 1 to %u",
+                       desc->cascades, GN_MAX_CASCADES);
+    if (desc->split_count != 0 && desc->split_count != desc->cascades)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "%u splits for %u cascades",
+                       desc->split_count, desc->cascades);
+    float before = 0.0f;
+    for (uint32_t i = 0; i < desc->split_count; before = desc->splits[i++])
+        if (!(desc->splits[i] > before && desc->splits[i] <= 1.0f))
+            return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                           "split %u is %g: splits grow from above 0 to 1", i + 1,
+                           (double)desc->splits[i]);
+    if (desc->split_count != 0 && before != 1.0f)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "the last split is %g: it must be 1",
+                       (double)before);
+    GN_TRY(check_real(context, "a split weight", desc->split_weight, 0.0f, 1.0f));
+    GN_TRY(check_real(context, "an enlargement of cascades", desc->enlarge, 0.0f, 1.0f));
+    if (!(desc->distance >= 0.0f && isfinite(desc->distance)))
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                       "a shadow distance of %g metres: it must be 0 or more, and finite",
+                       (double)desc->distance);
+    return GN_OK;
+}
+
+/* Negative: the format's own. */
+static gn_result check_bias(gn_context *context, const char *name, float value, float high)
+{
+    if (value < 0.0f)
+        return GN_OK;
+    return check_real(context, name, value, 0.0f, high);
+}
+
+gn_result gn_map_desc_check(gn_context *context, const gn_map_format *format,
+                            const gn_map_desc *desc)
+{
+    GN_CHECK_DESC(context, desc, gn_map_desc);
+    GN_TRY(check_format(context, format));
+    if (desc->resolution < 16 || desc->resolution > 16384)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                       "a shadow map of %u texels a side: the range is 16 to 16384",
+                       desc->resolution);
+    if (desc->samples != 1 && desc->samples != 4)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "%u samples a texel: there are 1 or 4",
+                       desc->samples);
+    if ((int)desc->alpha < 0 || desc->alpha > GN_MAP_ALPHA_OPAQUE)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "map alpha rule %d does not exist",
+                       (int)desc->alpha);
+    if ((int)desc->reading < 0 || desc->reading > GN_READING_BILINEAR)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "map reading %d does not exist",
+                       (int)desc->reading);
+    if (desc->filter_width < 1 || desc->filter_width > 33 || desc->filter_width % 2 == 0)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                       "a filter of %u texels: the width is odd, from 1 to 33", desc->filter_width);
+    if (!(desc->filter_sigma > 0.0f && desc->filter_sigma <= 16.0f))
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                       "a filter with a sigma of %g texels: the range is 0 (not included) to 16",
+                       (double)desc->filter_sigma);
+    if (desc->mip_maps && (format->kind == GN_MAP_NLMSM || !gn_map_has_texels(format)))
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                       "%s has no mip maps: its texels cannot be averaged",
+                       kind_name(format->kind));
+    GN_TRY(check_splits(context, desc));
+    GN_TRY(check_bias(context, "a depth bias", desc->depth_bias, 0.1f));
+    GN_TRY(check_bias(context, "a normal bias", desc->normal_bias, 16.0f));
+    GN_TRY(check_bias(context, "a minimum variance", desc->minimum_variance, 1.0f));
+    return check_bias(context, "a moment bias", desc->moment_bias, 1.0f);
+}
