@@ -108,8 +108,9 @@ typedef struct gn_map_layer {
     uint32_t *texels; /* a chain of mips where the map has them; NULL where depth is read */
 } gn_map_layer;
 
-/* Visibility of a light by its map: of each pixel the first layer that holds it with the margin
- * that filter and reading need. desc is resolved: no field negative, no GN_READING_AUTO. */
+/* Visibility of a light by its map: of each pixel the first layer that holds it: its texel with the
+ * margin that filter and reading need, its depth in [0, 1] (a cascade need not reach as deep as the
+ * scene). desc is resolved: no field negative, no GN_READING_AUTO. */
 typedef struct gn_map_job {
     const gn_map_layer *layers;
     uint32_t layer_count;
