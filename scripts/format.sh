@@ -3,7 +3,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 
-files=$(find app benchmarks fuzz include src tests -name '*.[ch]' -o -name '*.inc' -o -name '*.cpp')
+files=$(find app benchmarks fuzz include src tests tools -name '*.[ch]' -o -name '*.inc' -o -name '*.cpp')
 if [ "${1:-}" = --check ]; then
     clang-format --dry-run -Werror $files
 else
