@@ -18,5 +18,6 @@ void main()
     float y = gn_log2(gn_exp2(gn_clamp(gn_select(inside, x, gn_splat(0.5)), 0.0, 1.0)));
     y += gn_atan(gn_tan(gn_floor(gn_sqrt(gn_abs(x)))));
     y += gn_from_bits(gn_bits(x) + gn_to_int(y));
-    values[i] = gn_min(gn_max(y, x), gn_to_real(int(i)));
+    int j = gn_select_int(inside, gn_to_signed(gn_to_unsigned(int(i)) >> 1), 3);
+    values[i] = gn_min(gn_max(y, x), gn_to_real(j));
 }

@@ -23,7 +23,7 @@ for header in "$SOURCE"/include/gnomon/shadow/*.h; do
         continue
     fi
     # Functions of the algorithms begin with GN_FN, those for GLSL alone with their type.
-    functions=$(sed -nE 's/^(GN_FN [a-z_0-9]+|float|int|bool) (gn_[a-z_0-9]+)\(.*/\2/p' "$header")
+    functions=$(sed -nE 's/^(GN_FN [a-z_0-9]+|float|int|uint|bool) (gn_[a-z_0-9]+)\(.*/\2/p' "$header")
     for function in $functions; do
         if ! grep -q "[^a-z_0-9]$function(" "$SOURCE/shaders/check/$name.comp"; then
             echo "FAILED: shaders/check/$name.comp does not call $function"

@@ -4,11 +4,15 @@
  *   real, lint, luint, mask   a float, an int, an unsigned int, a truth value: of one lane, of
  *                             GN_LANES lanes, or of a shader invocation
  *   GN_FN                     before each function
- *   GN_STRUCT(name) {...};    declares a struct; GN_MAKE2(name, a, b) makes one
+ *   GN_STRUCT(name) {...};    declares a struct; GN_MAKE2(name, a, b) makes one of two members,
+ *                             GN_MAKE3 and GN_MAKE4 of three and four
  *   K(x)                      a constant that stands alone (argument, select arm, return value);
  *                             beside a real a plain constant promotes by itself
  *   gn_select(m, a, b)        m ? a : b, lane by lane; there is no `if`
+ *   gn_select_int(m, a, b)    the same of lints
  *   gn_and, gn_or, gn_not     on masks; comparisons of reals give masks
+ *   gn_bits, gn_from_bits     a real's bits as a lint, and back
+ *   gn_to_int, gn_to_real     conversions of a number; gn_to_signed, gn_to_unsigned keep the bits
  *   gn_abs, gn_min, gn_max, gn_clamp, gn_sqrt, gn_floor, gn_log2, gn_exp2, gn_atan, gn_tan
  *                             the last four are polynomials of our own: they vectorise, and give
  *                             the same bits on every processor
@@ -62,6 +66,10 @@ static inline float gn_select(int m, float a, float b)
 {
     return m ? a : b;
 }
+static inline int32_t gn_select_int(int m, int32_t a, int32_t b)
+{
+    return m ? a : b;
+}
 static inline int gn_not(int m)
 {
     return !m;
@@ -105,6 +113,10 @@ static inline gn_real gn_select(gn_mask m, gn_real a, gn_real b)
 {
     return (gn_real)(((gn_lint)a & m) | ((gn_lint)b & ~m));
 }
+static inline gn_lint gn_select_int(gn_mask m, gn_lint a, gn_lint b)
+{
+    return (a & m) | (b & ~m);
+}
 static inline gn_mask gn_not(gn_mask m)
 {
     return ~m;
@@ -140,6 +152,14 @@ static inline gn_real gn_floor(gn_real x)
 
 #endif
 
+static inline gn_luint gn_to_unsigned(gn_lint i)
+{
+    return (gn_luint)i;
+}
+static inline gn_lint gn_to_signed(gn_luint i)
+{
+    return (gn_lint)i;
+}
 static inline gn_mask gn_and(gn_mask a, gn_mask b)
 {
     return a & b;
@@ -161,6 +181,10 @@ float gn_splat(float x)
     return x;
 }
 float gn_select(bool m, float a, float b)
+{
+    return m ? a : b;
+}
+int gn_select_int(bool m, int a, int b)
 {
     return m ? a : b;
 }
@@ -191,6 +215,14 @@ float gn_to_real(int i)
 int gn_to_int(float x)
 {
     return int(x);
+}
+uint gn_to_unsigned(int i)
+{
+    return uint(i);
+}
+int gn_to_signed(uint i)
+{
+    return int(i);
 }
 float gn_sqrt(float x)
 {
@@ -224,13 +256,27 @@ float gn_floor(float x)
     {                                                                                              \
         a, b                                                                                       \
     }
+#define GN_MAKE3(name, a, b, c)                                                                    \
+    name                                                                                           \
+    {                                                                                              \
+        a, b, c                                                                                    \
+    }
+#define GN_MAKE4(name, a, b, c, d)                                                                 \
+    name                                                                                           \
+    {                                                                                              \
+        a, b, c, d                                                                                 \
+    }
 #else
-#define GN_MAKE2(name, a, b) ((name){(a), (b)})
+#define GN_MAKE2(name, a, b)       ((name){(a), (b)})
+#define GN_MAKE3(name, a, b, c)    ((name){(a), (b), (c)})
+#define GN_MAKE4(name, a, b, c, d) ((name){(a), (b), (c), (d)})
 #endif
 #else
 #define GN_FN
-#define GN_STRUCT(name)      struct name
-#define GN_MAKE2(name, a, b) name(a, b)
+#define GN_STRUCT(name)            struct name
+#define GN_MAKE2(name, a, b)       name(a, b)
+#define GN_MAKE3(name, a, b, c)    name(a, b, c)
+#define GN_MAKE4(name, a, b, c, d) name(a, b, c, d)
 #endif
 
 /* Functions in the dialect itself: once a translation unit. ------------------------------------*/

@@ -7,4 +7,6 @@
 #undef GN_FN
 #undef GN_STRUCT
 #undef GN_MAKE2
+#undef GN_MAKE3
+#undef GN_MAKE4
 #undef GN_DIALECT_C
