@@ -1,11 +1,18 @@
 /* Every function of include/gnomon/shadow/, as expressions of a, b, c (reals) in the dialect.
  *
- * REAL(name, domain, value) and CONE(name, domain, cone) are defined by whoever includes this;
- * cones carry their angle in a second value. Domains (lanes.h) say which inputs are made. */
+ * Whoever includes this defines REAL(name, domain, value); WORD of a luint; PAIR and FOUR of a
+ * struct of two or four reals, with its type and members. Domains (lanes.h) say which inputs are
+ * made. */
+#define CONE(name, domain, cone)      PAIR(name, domain, gn_ray_cone, width, angle, cone)
+#define VARIANCE(name, domain, pair)  PAIR(name, domain, gn_variance, mean, square, pair)
+#define MOMENTS(name, domain, four)   FOUR(name, domain, gn_moments, b1, b2, b3, b4, four)
+#define NONLINEAR(name, domain, four) FOUR(name, domain, gn_nonlinear, y1, y2, v2, xi4, four)
 
 /* dialect.h */
 REAL(splat, ANY, gn_select(a < a, a, gn_splat(0.1f)))
 REAL(select, ANY, gn_select(a < b, a, c))
+REAL(select_int, ANY, gn_from_bits(gn_select_int(a < b, gn_bits(a), gn_bits(c))))
+REAL(unsigned, ANY, gn_to_real(gn_to_signed(gn_to_unsigned(gn_bits(a)) >> 3)))
 REAL(and, ANY, gn_select(gn_and(a < b, b < c), a, c))
 REAL(or, ANY, gn_select(gn_or(a < b, b < c), a, c))
 REAL(not, ANY, gn_select(gn_not(a >= b), a, c))
@@ -54,3 +61,87 @@ REAL(rescale, UNIT, gn_visibility_rescale(a, b))
 REAL(depth, UNIT, gn_to_real(gn_optical_depth(a)))
 REAL(depth_any, ANY, gn_to_real(gn_optical_depth(gn_clamp(a, gn_splat(0.0f), gn_splat(1.0f)))))
 REAL(visibility, UNIT, gn_optical_visibility(gn_to_int(a * 4194304.0f)))
+
+/* texel.h */
+WORD(unorm16_code, ANY, gn_unorm16_code(a))
+WORD(unorm16_pack, UNIT, gn_unorm16_pack(a, b))
+REAL(unorm16_low, ANY, gn_unorm16_low(gn_real_word(a)))
+REAL(unorm16_high, ANY, gn_unorm16_high(gn_real_word(a)))
+WORD(half_code, ANY, gn_half_code(a))
+WORD(half_pack, UNIT, gn_half_pack(a * 1e-4f, b))
+REAL(half_value, ANY, gn_half_value(gn_real_word(a) & 0xffffu))
+REAL(half_low, ANY, gn_half_low(gn_real_word(a)))
+REAL(half_high, ANY, gn_half_high(gn_real_word(a)))
+REAL(word_real, ANY, gn_word_real(gn_real_word(a) ^ 1u))
+
+/* bilinear.h */
+REAL(bilinear_base, ANY, gn_bilinear_base(a))
+REAL(bilinear_fraction, LENGTH, gn_bilinear_fraction(a))
+FOUR(bilinear_weights, UNIT, gn_bilinear, w00, w10, w01, w11, gn_bilinear_weights(a, b))
+REAL(bilinear_blend, UNIT, gn_bilinear_blend(gn_bilinear_weights(a, b), a, b, c, a *c))
+
+/* depth.h */
+REAL(depth_test, ANY, gn_depth_test(a, b))
+
+/* exponential.h */
+REAL(exponential_warp, UNIT, gn_exponential_warp(a, b * 84.0f))
+REAL(esm_of, UNIT, gn_esm_of(a, gn_splat(80.0f)))
+REAL(esm_visibility, UNIT, gn_esm_visibility(gn_esm_of(a, b * 80.0f), b * 80.0f, c))
+REAL(esm_visibility_any, ANY, gn_esm_visibility(a, b, c))
+
+/* variance.h */
+VARIANCE(variance_of, ANY, gn_variance_of(a))
+REAL(chebyshev, UNIT, gn_chebyshev(a, b, gn_splat(1e-6f), c))
+REAL(chebyshev_any, ANY, gn_chebyshev(a, b, a, c))
+REAL(vsm_visibility, UNIT, gn_vsm_visibility(gn_variance_of(a), b * 1e-3f, c))
+VARIANCE(evsm_positive_of, UNIT, gn_evsm_positive_of(a, b * 42.0f))
+REAL(evsm_bound, UNIT, gn_evsm_bound(a, b, gn_splat(40.0f), gn_splat(1e-6f), c))
+REAL(evsm_positive_visibility, UNIT,
+     gn_evsm_positive_visibility(gn_evsm_positive_of(a, b * 42.0f), b * 42.0f, gn_splat(1e-6f), c))
+FOUR(evsm_of, UNIT, gn_evsm, positive, positive_square, negative, negative_square,
+     gn_evsm_of(a, b * 42.0f, c * 42.0f))
+REAL(evsm_visibility, UNIT,
+     gn_evsm_visibility(gn_evsm_of(a, gn_splat(40.0f), b * 42.0f), gn_splat(40.0f), b * 42.0f,
+                        gn_splat(1e-6f), c))
+
+/* moments.h */
+MOMENTS(moments_of, ANY, gn_moments_of(a))
+MOMENTS(moments_bias, UNIT, gn_moments_bias(gn_moments_of(a), b, c, a))
+MOMENTS(moments_bias_float, UNIT, gn_moments_bias_float(gn_moments_of(a), b))
+MOMENTS(moments_bias_fixed, UNIT, gn_moments_bias_fixed(gn_moments_of(a), b))
+FOUR(moments_quantize, UNIT, gn_moments_fixed, q1, q2, q3, q4,
+     gn_moments_quantize(GN_MAKE_MOMENTS(a, b, c)))
+MOMENTS(moments_dequantize, UNIT, gn_moments_dequantize((gn_moments_fixed){a, b, c, a *b}))
+FOUR(moments_support_of, UNIT, gn_moments_support, t, u, b, c,
+     gn_moments_support_of(GN_MAKE_MOMENTS(a, b, c), b - c))
+REAL(moments_support_visibility, UNIT,
+     gn_moments_support_visibility(gn_moments_support_of(GN_MAKE_MOMENTS(a, b, c), b - c)))
+REAL(hamburger_visibility, UNIT,
+     gn_hamburger_visibility(GN_MAKE_MOMENTS(a, b, c), a *(1.0f - c) + b))
+REAL(hamburger_visibility_any, ANY, gn_hamburger_visibility(GN_MAKE_MOMENTS(a, b, c), c))
+REAL(hausdorff_visibility, UNIT,
+     gn_hausdorff_visibility(GN_MAKE_MOMENTS(a, b, c), a *(1.0f - c) + b))
+REAL(hausdorff_visibility_any, ANY, gn_hausdorff_visibility(GN_MAKE_MOMENTS(a, b, c), c))
+
+/* moments_nonlinear.h */
+NONLINEAR(nonlinear_of, UNIT, gn_nonlinear_of(GN_MAKE_MOMENTS(a, b, c)))
+NONLINEAR(nonlinear_of_any, ANY, gn_nonlinear_of(GN_MAKE_MOMENTS(a, b, c)))
+MOMENTS(nonlinear_moments, UNIT, gn_nonlinear_moments(GN_MAKE_NONLINEAR(a, b, c)))
+REAL(nonlinear_visibility, UNIT,
+     gn_nonlinear_visibility(GN_MAKE_NONLINEAR(a, b, c), a *(1.0f - c) + b))
+REAL(nonlinear_visibility_any, ANY, gn_nonlinear_visibility(GN_MAKE_NONLINEAR(a, b, c), c))
+REAL(log2_polynomial, NOT_NEGATIVE, gn_log2_polynomial(a))
+REAL(xi4_warp, UNIT, gn_xi4_warp(a *b * 1e-3f))
+REAL(xi4_warp_any, ANY, gn_xi4_warp(a))
+REAL(xi4_unwarp, UNIT, gn_xi4_unwarp(a))
+WORD(nonlinear_pack64_low, UNIT, gn_nonlinear_pack64(GN_MAKE_NONLINEAR(a, b, c)).low)
+WORD(nonlinear_pack64_high, UNIT, gn_nonlinear_pack64(GN_MAKE_NONLINEAR(a, b, c)).high)
+NONLINEAR(nonlinear_unpack64, ANY, gn_nonlinear_unpack64(gn_real_word(a), gn_real_word(b)))
+WORD(nonlinear_pack32, UNIT, gn_nonlinear_pack32(GN_MAKE_NONLINEAR(a, b, c)))
+WORD(nonlinear_pack32_any, ANY, gn_nonlinear_pack32(GN_MAKE_NONLINEAR(a, b, c)))
+NONLINEAR(nonlinear_unpack32, ANY, gn_nonlinear_unpack32(gn_real_word(a)))
+
+#undef CONE
+#undef VARIANCE
+#undef MOMENTS
+#undef NONLINEAR

@@ -16,12 +16,13 @@ typedef enum gn_lane_domain {
 } gn_lane_domain;
 
 #define GN_LANE_INPUTS  3
-#define GN_LANE_OUTPUTS 2
+#define GN_LANE_OUTPUTS 4
 
 typedef struct gn_lane_function {
     const char *name;
     gn_lane_domain domain;
-    /* count values (a multiple of 16) a plane; out[1] is left alone by functions of one value. */
+    /* count values (a multiple of 16) a plane; a function of one value leaves out[1] and up alone.
+     */
     void (*run)(const float *const in[GN_LANE_INPUTS], float *const out[GN_LANE_OUTPUTS],
                 size_t count);
 } gn_lane_function;
