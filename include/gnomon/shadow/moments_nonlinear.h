@@ -174,7 +174,7 @@ GN_FN luint gn_nonlinear_pack32(gn_nonlinear n)
     mask turned = gn_to_real(y1) >= 512.0f;
     y1 = gn_select_int(turned, 1023 - y1, y1);
     y2 = gn_select_int(turned, 1022 - y2, y2);
-    return gn_to_unsigned(y2 | (y1 << 10) | (v2 << 19) | (xi4 << 26));
+    return gn_to_unsigned(y2 | (y1 << 10) | (v2 << 19)) | (gn_to_unsigned(xi4) << 26);
 }
 
 GN_FN gn_nonlinear gn_nonlinear_unpack32(luint word)

@@ -66,7 +66,7 @@ GN_FN gn_variance gn_evsm_positive_of(real depth, real c)
 GN_FN real gn_evsm_bound(real mean, real square, real slope, real minimum_variance, real warped)
 {
     real scale = slope * warped;
-    return gn_chebyshev(mean, square, minimum_variance * (scale * scale), warped);
+    return gn_chebyshev(mean, square, (minimum_variance * scale) * scale, warped);
 }
 
 /* minimum_variance: of depth, [0, 0.01]. Receivers beyond [0,1] are taken to its ends. */
