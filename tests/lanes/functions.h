@@ -111,7 +111,7 @@ MOMENTS(moments_bias_float, UNIT, gn_moments_bias_float(gn_moments_of(a), b))
 MOMENTS(moments_bias_fixed, UNIT, gn_moments_bias_fixed(gn_moments_of(a), b))
 FOUR(moments_quantize, UNIT, gn_moments_fixed, q1, q2, q3, q4,
      gn_moments_quantize(GN_MAKE_MOMENTS(a, b, c)))
-MOMENTS(moments_dequantize, UNIT, gn_moments_dequantize((gn_moments_fixed){a, b, c, a *b}))
+MOMENTS(moments_dequantize, UNIT, gn_moments_dequantize(GN_MAKE_FIXED(a, b, c, a *b)))
 FOUR(moments_support_of, UNIT, gn_moments_support, t, u, b, c,
      gn_moments_support_of(GN_MAKE_MOMENTS(a, b, c), b - c))
 REAL(moments_support_visibility, UNIT,

@@ -27,14 +27,16 @@ int main(void)
     const gn_lane_function *tables[] = {gn_lane_functions_1, gn_lane_functions_8,
                                         gn_lane_functions_16};
     float *in[GN_LANE_INPUTS] = {in_planes[0], in_planes[1], in_planes[2]};
-    float *out[GN_LANE_OUTPUTS] = {out_planes[0], out_planes[1]};
+    float *out[GN_LANE_OUTPUTS] = {out_planes[0], out_planes[1], out_planes[2], out_planes[3]};
     for (int t = 0; t < 3; t++)
         for (uint32_t f = 0; tables[t][f].name; f++) {
             gn_lane_inputs(tables[t][f].domain, f, in, COUNT);
             memset(out_planes, 0, sizeof out_planes);
             tables[t][f].run((const float *const *)in, out, COUNT);
-            const uint64_t h = hash(hash(14695981039346656037u, out[0]), out[1]);
-            printf("%-16s %016llx\n", tables[t][f].name, (unsigned long long)h);
+            uint64_t h = 14695981039346656037u;
+            for (int plane = 0; plane < GN_LANE_OUTPUTS; plane++)
+                h = hash(h, out[plane]);
+            printf("%-28s %016llx\n", tables[t][f].name, (unsigned long long)h);
         }
     return 0;
 }

@@ -15,7 +15,8 @@
 #include "dialect.h"
 
 /* The two depths and the share of the second that have the moments b1 to b3, and what their fourth
- * moment lacks. -1 <= y1 <= y2 <= 1; v2: [0,1]; xi4: [0, 0.25]. */
+ * moment lacks. -1 <= y1 <= y2 <= 1; v2: [0,1]; xi4: [0, 0.25], and at least
+ * 1.2e-7 as made here (section 3.3). */
 GN_STRUCT(gn_nonlinear)
 {
     real y1;
@@ -29,7 +30,7 @@ GN_STRUCT(gn_nonlinear)
  * at sigma^2 / d, with r = sqrt((p/2)^2 + sigma^2). */
 GN_FN gn_nonlinear gn_nonlinear_of(gn_moments biased)
 {
-    real variance = gn_max(biased.b2 - biased.b1 * biased.b1, K(1e-12f));
+    real variance = gn_max(biased.b2 - biased.b1 * biased.b1, K(1e-7f));
     real l = biased.b3 - biased.b1 * biased.b2; /* L21 sigma^2 */
     real l21 = l / variance;
     real xi4 = biased.b4 - biased.b2 * biased.b2 - l * l21;
@@ -44,7 +45,7 @@ GN_FN gn_nonlinear gn_nonlinear_of(gn_moments biased)
     real y2 = biased.b1 + gn_select(rising, far, near);
     return GN_MAKE4(gn_nonlinear, gn_clamp(y1, K(-1.0f), K(1.0f)), gn_clamp(y2, K(-1.0f), K(1.0f)),
                     gn_select(rising, far_weight, 1.0f - far_weight),
-                    gn_clamp(xi4, K(0.0f), K(0.25f)));
+                    gn_clamp(xi4, K(1.2e-7f), K(0.25f)));
 }
 
 /* Equation 4. */
