@@ -519,8 +519,8 @@ static void test_what_a_projection_sees(void **state)
     const gn_map_desc desc = desc_for(4);
     const gn_light light = lamp_at(GN_LIGHT_SPOT, v3(0, 3, 0), v3(0, -1, 0), 0.5);
     const gn_lamp lamp = gn_lamp_make(&light, low, high, false, &desc, MARGIN);
-    const gn_box under = {{-0.1, 0, -0.1}, {0.1, 1, 0.1}}, beside = {{3, 0, 0}, {4, 1, 1}},
-                 above = {{-1, 4, -1}, {1, 5, 1}}, around = {{-9, -9, -9}, {9, 9, 9}};
+    const gn_bounds under = {{-0.1, 0, -0.1}, {0.1, 1, 0.1}}, beside = {{3, 0, 0}, {4, 1, 1}},
+                    above = {{-1, 4, -1}, {1, 5, 1}}, around = {{-9, -9, -9}, {9, 9, 9}};
     assert_true(gn_projection_sees(&lamp.faces[0], &under));
     assert_false(gn_projection_sees(&lamp.faces[0], &beside));
     assert_false(gn_projection_sees(&lamp.faces[0], &above));
@@ -529,7 +529,8 @@ static void test_what_a_projection_sees(void **state)
     const gn_camera camera = camera_at(v3(0, 1, 9), v3(0, 0, 0), 0.5, 0.1);
     const gn_cascades c = cascades_of(&camera, low, high, v3(0, -1, 0), &desc);
     const gn_cascade level = gn_cascade_fit(&c, 0);
-    const gn_box high_up = {{-20, 90, -20}, {20, 91, 20}}, below = {{-20, -91, -20}, {20, -90, 20}};
+    const gn_bounds high_up = {{-20, 90, -20}, {20, 91, 20}},
+                    below = {{-20, -91, -20}, {20, -90, 20}};
     assert_true(gn_projection_sees(&level.projection, &high_up));
     assert_false(gn_projection_sees(&level.projection, &below));
 }

@@ -29,9 +29,9 @@ static void cross(const double a[3], const double b[3], double result[3])
     result[2] = a[0] * b[1] - a[1] * b[0];
 }
 
-static const gn_box empty = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+static const gn_bounds empty = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
 
-static void grow(gn_box *box, const double p[3])
+static void grow(gn_bounds *box, const double p[3])
 {
     for (int i = 0; i < 3; i++) {
         box->low[i] = fmin(box->low[i], p[i]);
@@ -39,7 +39,7 @@ static void grow(gn_box *box, const double p[3])
     }
 }
 
-static void corner_of(const gn_box *box, uint32_t corner, double p[3])
+static void corner_of(const gn_bounds *box, uint32_t corner, double p[3])
 {
     for (int i = 0; i < 3; i++)
         p[i] = corner >> i & 1u ? box->high[i] : box->low[i];
@@ -53,9 +53,9 @@ static void to_axes(const gn_axes *axes, const double p[3], double q[3])
     q[2] = z;
 }
 
-static gn_box box_in(const gn_axes *axes, const double origin[3], const gn_box *box)
+static gn_bounds box_in(const gn_axes *axes, const double origin[3], const gn_bounds *box)
 {
-    gn_box result = empty;
+    gn_bounds result = empty;
     for (uint32_t corner = 0; corner < 8; corner++) {
         double p[3];
         corner_of(box, corner, p);
@@ -128,7 +128,7 @@ static const uint8_t quads[6][4] = {{0, 2, 6, 4}, {1, 3, 7, 5}, {0, 1, 5, 4},
 
 /* Grows a box along axes by the part of a convex body's surface inside planes. */
 static void add_surface(double corners[8][3], const plane planes[6], const gn_axes *axes,
-                        gn_box *box)
+                        gn_bounds *box)
 {
     for (int face = 0; face < 6; face++) {
         polygon shape = {.count = 4};
@@ -154,7 +154,7 @@ static plane plane_at(const double eye[3], const double normal[3], double least)
 
 /* The box along axes, through the world's origin, of the view from near to far inside bounds: of
  * the corners of both bodies' surfaces inside the other. */
-static gn_box box_of_slice(const gn_cascades *c, double near, double far, const gn_axes *axes)
+static gn_bounds box_of_slice(const gn_cascades *c, double near, double far, const gn_axes *axes)
 {
     double corners[8][3], bounds[8][3];
     plane slice[6], sides[6];
@@ -187,7 +187,7 @@ static gn_box box_of_slice(const gn_cascades *c, double near, double far, const 
         sides[k].normal[k] = 1.0;
         sides[3 + k].normal[k] = -1.0;
     }
-    gn_box box = empty;
+    gn_bounds box = empty;
     add_surface(corners, sides, axes, &box);
     add_surface(bounds, slice, axes, &box);
     return box;
@@ -228,7 +228,7 @@ static void split(gn_cascades *c, double near, double far, double seen_far, cons
         c->count++;
 }
 
-static double magnitude(const gn_box *box)
+static double magnitude(const gn_bounds *box)
 {
     double largest = 0.0;
     for (int i = 0; i < 3; i++)
@@ -237,9 +237,9 @@ static double magnitude(const gn_box *box)
 }
 
 /* The scene's bounds, larger by what positions in floats may be off. */
-static gn_box bounds_of(const float bounds_min[3], const float bounds_max[3])
+static gn_bounds bounds_of(const float bounds_min[3], const float bounds_max[3])
 {
-    gn_box box;
+    gn_bounds box;
     for (int i = 0; i < 3; i++) {
         box.low[i] = (double)bounds_min[i];
         box.high[i] = (double)bounds_max[i];
@@ -278,7 +278,7 @@ gn_cascades gn_cascades_make(const gn_camera *camera, float aspect, const float 
     const double end = box_in(&c.camera, c.eye, &c.bounds).high[2];
     if (!(end > begin))
         return c;
-    const gn_box seen = box_of_slice(&c, begin, end, &c.camera);
+    const gn_bounds seen = box_of_slice(&c, begin, end, &c.camera);
     const double offset = dot(c.eye, c.camera.forward);
     const double seen_near = seen.low[2] - offset, seen_far = fmin(seen.high[2] - offset, end);
     const double far =
@@ -289,7 +289,7 @@ gn_cascades gn_cascades_make(const gn_camera *camera, float aspect, const float 
     return c;
 }
 
-gn_box gn_cascade_need(const gn_cascades *c, uint32_t i)
+gn_bounds gn_cascade_need(const gn_cascades *c, uint32_t i)
 {
     return box_of_slice(c, c->ends[i], c->ends[i + 1], &c->light);
 }
@@ -340,7 +340,7 @@ static double usable_share(uint32_t resolution, uint32_t margin)
 
 gn_cascade gn_cascade_fit(const gn_cascades *c, uint32_t i)
 {
-    const gn_box need = gn_cascade_need(c, i);
+    const gn_bounds need = gn_cascade_need(c, i);
     const double half = level_half(c, i);
     gn_cascade made = {.whole = half >= scene_half(c)};
     gn_map_projection *p = &made.projection;
@@ -386,7 +386,7 @@ gn_cascade gn_cascade_fit(const gn_cascades *c, uint32_t i)
 bool gn_cascade_serves(const gn_cascade *placed, const gn_cascades *c, uint32_t i)
 {
     const double largest = WASTEFUL * level_half(c, i) / usable_share(c->resolution, c->margin);
-    const gn_box need = gn_cascade_need(c, i);
+    const gn_bounds need = gn_cascade_need(c, i);
     bool holds = (double)placed->projection.extent < largest;
     for (int axis = 0; axis < 3; axis++)
         holds = holds &&
@@ -430,11 +430,11 @@ gn_lamp gn_lamp_make(const gn_light *light, const float bounds_min[3], const flo
 {
     const bool cube = light->desc.type == GN_LIGHT_POINT ||
                       (double)light->desc.outer_cone_angle > GN_SPOT_MAX_ANGLE;
-    const gn_box bounds = bounds_of(bounds_min, bounds_max);
+    const gn_bounds bounds = bounds_of(bounds_min, bounds_max);
     const gn_axes axes = cube ? cube_axes(0) : gn_light_axes(light->direction);
     const double position[3] = {(double)light->position[0], (double)light->position[1],
                                 (double)light->position[2]};
-    gn_box box = box_in(&axes, position, &bounds);
+    gn_bounds box = box_in(&axes, position, &bounds);
     double nearest = 0.0, farthest = 0.0;
     if (cube) {
         for (int i = 0; i < 3; i++) {
@@ -466,7 +466,7 @@ bool gn_lamp_serves(const gn_map_projection *placed, const gn_lamp *now)
            (double)placed->far <= WASTEFUL * now->far;
 }
 
-bool gn_projection_sees(const gn_map_projection *p, const gn_box *box)
+bool gn_projection_sees(const gn_map_projection *p, const gn_bounds *box)
 {
     bool outside[6] = {true, true, true, true, true, p->perspective};
     for (uint32_t corner = 0; corner < 8; corner++) {

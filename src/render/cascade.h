@@ -7,9 +7,9 @@
 
 #include "cpu/map.h"
 
-typedef struct gn_box {
+typedef struct gn_bounds {
     double low[3], high[3]; /* empty where low > high */
-} gn_box;
+} gn_bounds;
 
 /* Unit vectors at right angles, right x up = -forward. */
 typedef struct gn_axes {
@@ -27,9 +27,9 @@ typedef struct gn_cascades {
     gn_axes light, camera;                  /* camera: forward is where it looks */
     double eye[3], half_width, half_height; /* of the view: tangents, or metres */
     bool orthographic;
-    gn_box bounds; /* of the scene, in the world */
-    gn_box scene;  /* the same in light space */
-    double slack;  /* share by which boxes that follow the bounds are larger: they may move */
+    gn_bounds bounds; /* of the scene, in the world */
+    gn_bounds scene;  /* the same in light space */
+    double slack;     /* share by which boxes that follow the bounds are larger: they may move */
     double enlarge;
     uint32_t resolution, margin;
     uint32_t count;                   /* slices that have something to hold; 0: nothing in view */
@@ -47,13 +47,13 @@ gn_cascades gn_cascades_make(const gn_camera *camera, float aspect, const float 
                              const gn_map_desc *desc, uint32_t margin);
 
 /* The box in light space of slice i of the view inside the scene's bounds. */
-gn_box gn_cascade_need(const gn_cascades *cascades, uint32_t i);
+gn_bounds gn_cascade_need(const gn_cascades *cascades, uint32_t i);
 
 /* A level in its place. */
 typedef struct gn_cascade {
     gn_map_projection projection;
-    gn_box box; /* in light space: what it holds, margin taken off */
-    bool whole; /* it holds the scene: no level is needed behind it */
+    gn_bounds box; /* in light space: what it holds, margin taken off */
+    bool whole;    /* it holds the scene: no level is needed behind it */
 } gn_cascade;
 
 /* Places the level of slice i. Its size depends on the slice alone: the sphere around it, enlarged,
@@ -87,6 +87,6 @@ bool gn_lamp_serves(const gn_map_projection *placed, const gn_lamp *now);
 
 /* Is some of a box of the world between the sides of a projection, and before its far end
  * (perspective: and behind its near end)? May say yes to a box outside. */
-bool gn_projection_sees(const gn_map_projection *projection, const gn_box *box);
+bool gn_projection_sees(const gn_map_projection *projection, const gn_bounds *box);
 
 #endif
