@@ -28,6 +28,7 @@ static void accel_destroy(void *pointer)
     gn_free(context, accel->texels);
     if (accel->rtc)
         rtcReleaseDevice(accel->rtc);
+    pthread_mutex_destroy(&accel->runs_mutex);
     gn_free(context, accel);
 }
 
@@ -210,7 +211,7 @@ static gn_result build_mesh_tree(gn_accel *accel, const gn_scene *scene, uint32_
     return result;
 }
 
-static void set_transform(gn_instance *instance, const float world[16])
+static void set_transform(gn_instance *instance, const float world[16], bool moving)
 {
     /* Cofactors: the cross product of two columns each. */
     float *n = instance->normal_matrix;
@@ -239,12 +240,13 @@ static void set_transform(gn_instance *instance, const float world[16])
         rtcEnableGeometry(instance->geometry);
     else
         rtcDisableGeometry(instance->geometry);
+    rtcSetGeometryMask(instance->geometry, moving ? GN_MASK_DYNAMIC : GN_MASK_STATIC);
     rtcSetGeometryTransform(instance->geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, world);
     rtcCommitGeometry(instance->geometry);
 }
 
 static void add_instance(gn_accel *accel, const gn_triangle_tree *tree, uint32_t node,
-                         uint32_t first_surface, const float world[16])
+                         uint32_t first_surface, const float world[16], bool moving)
 {
     gn_instance *instance = &accel->instances[accel->instance_count];
     *instance = (gn_instance){.tree = tree,
@@ -256,7 +258,7 @@ static void add_instance(gn_accel *accel, const gn_triangle_tree *tree, uint32_t
         instance->geometry = rtcNewGeometry(accel->rtc, RTC_GEOMETRY_TYPE_INSTANCE);
         rtcSetGeometryInstancedScene(instance->geometry, tree->scene);
         rtcSetGeometryTimeStepCount(instance->geometry, 1);
-        set_transform(instance, world);
+        set_transform(instance, world, moving);
         rtcAttachGeometryByID(accel->root, instance->geometry, accel->instance_count);
     }
     accel->instance_count++;
@@ -305,11 +307,11 @@ static gn_result build(gn_accel *accel, const gn_scene *scene)
         accel->root = rtcNewScene(accel->rtc);
     else
         accel->root = accel->flat.scene;
-    add_instance(accel, &accel->flat, GN_NONE, 0, identity);
+    add_instance(accel, &accel->flat, GN_NONE, 0, identity, false);
     for (uint32_t i = 0; i < scene->node_count; i++)
         if (places[i] == INSTANCE)
             add_instance(accel, &accel->trees[scene->nodes[i].desc.mesh], i,
-                         accel->first_surface[i], scene->nodes[i].world);
+                         accel->first_surface[i], scene->nodes[i].world, scene->nodes[i].animated);
     if (accel->has_instances)
         rtcCommitScene(accel->root);
     result = check_rtc(accel);
@@ -331,7 +333,7 @@ static bool move(gn_accel *accel, const gn_scene *scene)
     for (uint32_t i = 1; i < accel->instance_count; i++) {
         gn_instance *instance = &accel->instances[i];
         if (instance->geometry && scene->nodes[instance->node].animated)
-            set_transform(instance, scene->nodes[instance->node].world);
+            set_transform(instance, scene->nodes[instance->node].world, true);
     }
     if (accel->has_instances)
         rtcCommitScene(accel->root);
@@ -357,6 +359,7 @@ gn_result gn_accel_update(gn_scene *scene, const gn_cpu *cpu)
     accel->context = scene->context;
     accel->rtc = cpu->rtc;
     rtcRetainDevice(cpu->rtc);
+    pthread_mutex_init(&accel->runs_mutex, NULL);
     accel->kernels = cpu->kernels;
     accel->tables = &cpu->tables;
     gn_result result = build(accel, scene);

@@ -14,6 +14,10 @@
 /* Static geometry with more instanced triangles than this keeps its instances. */
 #define GN_FLAT_TRIANGLES 4000000u
 
+/* Bits of rays and instances, so that a ray can ask for one kind of caster. Flat trees stand still.
+ */
+enum { GN_MASK_STATIC = 1, GN_MASK_DYNAMIC = 2 };
+
 /* Geometry ids in every triangle tree. */
 enum { GN_GEOMETRY_OPAQUE = 0, GN_GEOMETRY_MASKED = 1 };
 
@@ -61,6 +65,7 @@ typedef struct gn_triangle_tree {
     gn_source *sources[2];
     gn_masked_triangle *masked;
     uint32_t vertex_count, counts[2];
+    struct gn_runs *runs; /* for drawing (runs.h); NULL until they are first asked for */
 } gn_triangle_tree;
 
 /* A part of a node: what G-buffers call a surface. */
@@ -98,6 +103,7 @@ typedef struct gn_accel {
     uint8_t *texels;         /* every chain of every masked material */
     const struct gn_kernels *kernels;
     const gn_tables *tables;
+    pthread_mutex_t runs_mutex; /* guards the trees' runs */
     uint64_t structure_version, transform_version;
 } gn_accel;
 

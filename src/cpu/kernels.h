@@ -5,6 +5,7 @@
 #include <gnomon/view.h>
 
 #include "cpu/accel.h"
+#include "cpu/depth.h"
 
 #define GN_TILE   32u /* pixels a side; a tile is one thread's piece of work */
 #define GN_PACKET 16u /* rays a packet */
@@ -26,6 +27,7 @@ typedef struct gn_shadow_packet {
 typedef struct gn_query {
     gn_rtc_context embree; /* must be first */
     const gn_accel *accel;
+    const gn_depth_rays *map; /* rays of a shadow map; else NULL */
     float cone_width[GN_PACKET], cone_angle[GN_PACKET]; /* by ray id */
     /* Shadow rays only. */
     gn_alpha_rule rule;
@@ -79,6 +81,8 @@ typedef struct gn_kernels {
     void (*trace)(const gn_tracer *tracer, gn_shadow_packet *packet);
     void (*gbuffer_tile)(const gn_gbuffer_job *job, uint32_t tile);
     uint64_t (*visibility_tile)(const gn_visibility_job *job, uint32_t tile); /* rays traced */
+    gn_depth_tile depth_tile;
+    gn_depth_packet depth_packet;
 } gn_kernels;
 
 extern const gn_kernels gn_kernels_scalar;

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "cpu/runs.h"
+
 static void transform_point(const float m[16], const float p[3], float out[3])
 {
     for (int i = 0; i < 3; i++)
@@ -110,6 +112,7 @@ static void attach(gn_accel *accel, gn_triangle_tree *tree, int geometry)
         rtcSetGeometryIntersectFilterFunction(g, accel->kernels->intersect_filter);
         rtcSetGeometryOccludedFilterFunction(g, accel->kernels->occluded_filter);
     }
+    rtcSetGeometryMask(g, UINT32_MAX);
     rtcCommitGeometry(g);
     rtcAttachGeometryByID(tree->scene, g, (unsigned)geometry);
     rtcReleaseGeometry(g);
@@ -178,5 +181,6 @@ void gn_tree_free(gn_context *context, gn_triangle_tree *tree)
         gn_free(context, tree->sources[geometry]);
     }
     gn_free(context, tree->masked);
+    gn_runs_free(context, tree->runs);
     memset(tree, 0, sizeof *tree);
 }
