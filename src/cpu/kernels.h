@@ -5,6 +5,7 @@
 #include <gnomon/view.h>
 
 #include "cpu/accel.h"
+#include "cpu/map_filter.h"
 #include "cpu/depth.h"
 
 #define GN_TILE   32u /* pixels a side; a tile is one thread's piece of work */
@@ -81,6 +82,7 @@ typedef struct gn_kernels {
     void (*trace)(const gn_tracer *tracer, gn_shadow_packet *packet);
     void (*gbuffer_tile)(const gn_gbuffer_job *job, uint32_t tile);
     uint64_t (*visibility_tile)(const gn_visibility_job *job, uint32_t tile); /* rays traced */
+    gn_filter_rows filter;
     gn_depth_tile depth_tile;
     gn_depth_packet depth_packet;
 } gn_kernels;

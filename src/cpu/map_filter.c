@@ -1,0 +1,221 @@
+/* Resolve, filter and quantization of shadow maps in blocks that stay in cache. A block is filtered
+ * row by row: the vectors of a row are made and filtered across, and the last `width` such rows are
+ * kept, which filtered down make a row of texels. Nothing but depth is read from memory, and
+ * nothing but texels is written. */
+#include "cpu/map_filter.h"
+
+#include <math.h>
+
+#include "cpu/cpu.h"
+
+/* Texels of a block. Columns: the rows that are kept (36 KiB at 9 x 4 channels) stay in L1. */
+#define BLOCK_COLUMNS 256u
+#define BLOCK_ROWS    128u
+
+/* Floats from one channel of a row to the next: room for both borders, and not a power of two, so
+ * that rows do not fall on one another in the cache. */
+#define ROW_STRIDE (BLOCK_COLUMNS + 2 * GN_MAX_RADIUS + 16u)
+
+gn_texel_layout gn_map_layout(const gn_map_format *format)
+{
+    switch (format->kind) {
+    case GN_MAP_VSM:
+        return format->bits == 32 ? GN_TEXEL_VSM32 : GN_TEXEL_VSM64;
+    case GN_MAP_EVSM:
+        return format->one_sided    ? GN_TEXEL_EVSM64_ONE_SIDED
+               : format->bits == 64 ? GN_TEXEL_EVSM64
+                                    : GN_TEXEL_EVSM128;
+    case GN_MAP_MSM:
+        return format->bits == 64 ? GN_TEXEL_MSM64 : GN_TEXEL_MSM128;
+    case GN_MAP_NLMSM:
+        return format->bits == 64 ? GN_TEXEL_NLMSM64 : GN_TEXEL_NLMSM32;
+    default:
+        return GN_TEXEL_ESM32;
+    }
+}
+
+uint32_t gn_map_channels(const gn_map_format *format)
+{
+    switch (gn_map_layout(format)) {
+    case GN_TEXEL_ESM32:
+        return 1;
+    case GN_TEXEL_VSM32:
+    case GN_TEXEL_VSM64:
+    case GN_TEXEL_EVSM64_ONE_SIDED:
+        return 2;
+    default:
+        return 4;
+    }
+}
+
+gn_gaussian gn_gaussian_make(uint32_t width, float sigma)
+{
+    gn_gaussian g = {.radius = width / 2};
+    double weights[GN_MAX_RADIUS + 1], sum = 0;
+    for (uint32_t k = 0; k <= g.radius; k++) {
+        const double x = (double)k / (double)sigma;
+        weights[k] = exp(-0.5 * x * x);
+        sum += k == 0 ? weights[k] : 2 * weights[k];
+    }
+    float pairs = 0;
+    for (uint32_t k = g.radius; k > 0; k--) {
+        g.weights[k] = (float)(weights[k] / sum);
+        pairs += 2.0f * g.weights[k];
+    }
+    /* The middle takes what the others leave: depth that is 1 everywhere stays 1. */
+    g.weights[0] = 1.0f - pairs;
+    return g;
+}
+
+/* Filter --------------------------------------------------------------------------------------*/
+
+typedef struct filter_run {
+    const gn_filter_rows *rows;
+    const gn_filter_job *job;
+    gn_gaussian gaussian;
+    uint32_t channels, first_column, across; /* blocks */
+    size_t scratch_size;                     /* floats a thread */
+    float *scratch;
+} filter_run;
+
+static uint32_t least(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
+/* Texels [x0, x1) of row y, filtered across. vectors: scratch, a row. */
+static void filter_row(const filter_run *run, uint32_t x0, uint32_t x1, uint32_t y, float *vectors,
+                       float *out)
+{
+    const gn_filter_job *job = run->job;
+    const uint32_t radius = run->gaussian.radius;
+    const uint32_t low = x0 - least(x0, radius), high = least(x1 + radius, job->resolution);
+    const uint32_t left = radius - (x0 - low), count = high - low;
+    const uint32_t right = left + count, end = x1 - x0 + 2 * radius;
+    run->rows->read(job, low, y, count, vectors + left, ROW_STRIDE);
+    for (uint32_t c = 0; c < run->channels; c++) {
+        float *channel = vectors + c * ROW_STRIDE;
+        for (uint32_t i = 0; i < left; i++)
+            channel[i] = channel[left];
+        for (uint32_t i = right; i < end; i++)
+            channel[i] = channel[right - 1];
+    }
+    /* All channels in one go; what lies between them is filtered too, and not looked at. */
+    run->rows->across(&run->gaussian, vectors + radius, (run->channels - 1) * ROW_STRIDE + x1 - x0,
+                      out);
+}
+
+static void filter_block(uint32_t index, uint32_t thread, void *user)
+{
+    const filter_run *run = user;
+    const gn_filter_job *job = run->job;
+    const gn_rect *rect = &job->rect;
+    const uint32_t radius = run->gaussian.radius, width = 2 * radius + 1,
+                   last = job->resolution - 1;
+    const uint32_t column = run->first_column + index % run->across * BLOCK_COLUMNS;
+    const uint32_t x0 = column > rect->x0 ? column : rect->x0;
+    const uint32_t x1 = least(column + BLOCK_COLUMNS, rect->x1);
+    const uint32_t y0 = rect->y0 + index / run->across * BLOCK_ROWS;
+    const uint32_t y1 = least(y0 + BLOCK_ROWS, rect->y1);
+    const size_t row_size = (size_t)run->channels * ROW_STRIDE;
+    float *vectors = run->scratch + thread * run->scratch_size, *filtered = vectors + row_size,
+          *kept = filtered + row_size;
+    const size_t words = gn_map_words(&job->format);
+
+    uint32_t next = y0 - least(y0, radius);
+    for (uint32_t y = y0; y < y1; y++) {
+        for (; next <= least(y + radius, last); next++)
+            filter_row(run, x0, x1, next, vectors, kept + next % width * row_size);
+        const float *rows[2 * GN_MAX_RADIUS + 1];
+        for (uint32_t k = 0; k < width; k++) {
+            const uint32_t row = least(y + k - least(y + k, radius), last);
+            rows[k] = kept + row % width * row_size;
+        }
+        run->rows->down(&run->gaussian, rows, (run->channels - 1) * ROW_STRIDE + x1 - x0, filtered);
+        run->rows->encode(&job->format, job->moment_bias, filtered, ROW_STRIDE, x1 - x0,
+                          job->texels + ((size_t)y * job->resolution + x0) * words);
+    }
+}
+
+gn_result gn_cpu_filter(const gn_cpu *cpu, const gn_filter_job *job)
+{
+    const gn_rect *rect = &job->rect;
+    if (rect->x0 >= rect->x1 || rect->y0 >= rect->y1)
+        return GN_OK;
+    filter_run run = {.rows = &cpu->kernels->filter,
+                      .job = job,
+                      .gaussian = gn_gaussian_make(job->width, job->sigma),
+                      .channels = gn_map_channels(&job->format)};
+    run.first_column = rect->x0 / BLOCK_COLUMNS * BLOCK_COLUMNS;
+    run.across = (rect->x1 - run.first_column + BLOCK_COLUMNS - 1) / BLOCK_COLUMNS;
+    const uint32_t down = (rect->y1 - rect->y0 + BLOCK_ROWS - 1) / BLOCK_ROWS;
+    run.scratch_size = (size_t)(job->width + 2) * run.channels * ROW_STRIDE;
+    run.scratch =
+        gn_alloc_zero(cpu->context, cpu->context->threads, run.scratch_size * sizeof(float));
+    if (!run.scratch)
+        return gn_fail(cpu->context, GN_ERROR_OUT_OF_MEMORY,
+                       "no memory to filter a shadow map of %u texels a side", job->resolution);
+    gn_parallel_for(cpu->context, run.across * down, filter_block, &run);
+    gn_free(cpu->context, run.scratch);
+    return GN_OK;
+}
+
+/* Mips ----------------------------------------------------------------------------------------*/
+
+size_t gn_map_chain_texels(uint32_t resolution, bool mip_maps)
+{
+    size_t texels = (size_t)resolution * resolution;
+    while (mip_maps && resolution > 1) {
+        resolution /= 2;
+        texels += (size_t)resolution * resolution;
+    }
+    return texels;
+}
+
+typedef struct mip_run {
+    const gn_filter_rows *rows;
+    const gn_map_format *format;
+    uint32_t size; /* of the level that is made */
+    uint32_t from_size;
+    const uint32_t *from;
+    uint32_t *to;
+} mip_run;
+
+static void mip_row(uint32_t y, uint32_t thread, void *user)
+{
+    enum { CHUNK = 64 };
+    const mip_run *run = user;
+    (void)thread;
+    const size_t words = gn_map_words(run->format), channels = gn_map_channels(run->format);
+    float upper[GN_MAX_CHANNELS][2 * CHUNK], lower[GN_MAX_CHANNELS][2 * CHUNK];
+    float averages[GN_MAX_CHANNELS][CHUNK];
+    for (uint32_t x = 0; x < run->size; x += CHUNK) {
+        const uint32_t count = least(CHUNK, run->size - x);
+        const uint32_t *from = run->from + ((size_t)2 * y * run->from_size + 2 * x) * words;
+        run->rows->decode(run->format, from, 2 * count, upper[0], 2 * CHUNK);
+        run->rows->decode(run->format, from + run->from_size * words, 2 * count, lower[0],
+                          2 * CHUNK);
+        for (size_t c = 0; c < channels; c++)
+            for (uint32_t i = 0; i < count; i++)
+                averages[c][i] = ((upper[c][2 * i] + upper[c][2 * i + 1]) +
+                                  (lower[c][2 * i] + lower[c][2 * i + 1])) *
+                                 0.25f;
+        run->rows->encode(run->format, 0.0f, averages[0], CHUNK, count,
+                          run->to + ((size_t)y * run->size + x) * words);
+    }
+}
+
+void gn_cpu_map_mips(const gn_cpu *cpu, const gn_map_format *format, uint32_t resolution,
+                     uint32_t *texels)
+{
+    mip_run run = {.rows = &cpu->kernels->filter, .format = format};
+    while (resolution > 1) {
+        run.from_size = resolution;
+        run.size = resolution / 2;
+        run.from = texels;
+        run.to = texels + (size_t)resolution * resolution * gn_map_words(format);
+        gn_parallel_for(cpu->context, run.size, mip_row, &run);
+        texels = run.to;
+        resolution = run.size;
+    }
+}
