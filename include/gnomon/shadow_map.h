@@ -58,7 +58,8 @@ typedef struct gn_map_desc {
     float depth_bias;       /* subtracted from the receiver's depth, in parts of the layer's depth
                                range, [0, 0.1]; < 0 (default): the format's own */
     float normal_bias;      /* the receiver is moved along its normal by so many texels of its
-                               layer, [0, 16]; < 0 (default): the format's own */
+                               layer, times the sine of the angle between normal and the layer's
+                               axis, [0, 16]; < 0 (default): the format's own */
     float minimum_variance; /* VSM, EVSM: >= 0; < 0 (default): 1e-10 (leak tracing paper), or what
                                the format's rounding needs */
     float moment_bias;      /* MSM, NLMSM: [0, 1]; < 0 (default): 6e-5 at 64 bits, 3e-7 at 128 and

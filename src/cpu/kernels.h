@@ -5,8 +5,8 @@
 #include <gnomon/view.h>
 
 #include "cpu/accel.h"
-#include "cpu/map_filter.h"
 #include "cpu/depth.h"
+#include "cpu/map_filter.h"
 
 #define GN_TILE   32u /* pixels a side; a tile is one thread's piece of work */
 #define GN_PACKET 16u /* rays a packet */
@@ -76,15 +76,18 @@ typedef struct gn_gbuffer_job {
     gn_gbuffer *gbuffer;
 } gn_gbuffer_job;
 
+struct gn_map_reader;
+
 typedef struct gn_kernels {
     const char *name;
     RTCFilterFunctionN intersect_filter, occluded_filter;
     void (*trace)(const gn_tracer *tracer, gn_shadow_packet *packet);
     void (*gbuffer_tile)(const gn_gbuffer_job *job, uint32_t tile);
     uint64_t (*visibility_tile)(const gn_visibility_job *job, uint32_t tile); /* rays traced */
-    gn_filter_rows filter;
+    void (*map_tile)(const struct gn_map_reader *reader, uint32_t tile); /* map_read.h */
     gn_depth_tile depth_tile;
     gn_depth_packet depth_packet;
+    gn_filter_rows filter;
 } gn_kernels;
 
 extern const gn_kernels gn_kernels_scalar;
