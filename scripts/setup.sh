@@ -2,7 +2,8 @@
 # Makes sure that the packages gnomon needs are installed (Debian 12 and its relatives).
 #
 #   scripts/setup.sh build     to build, run and test it (the default)
-#   scripts/setup.sh checks    for .ci/run as well: second compiler, sanitizers, linters, GLSL tools
+#   scripts/setup.sh checks    for .ci/run as well: second compiler, sanitizers, linters, GLSL
+#                              tools, a Vulkan device
 #
 # Installs what is missing with apt-get when it may: as root, or with a sudo that does not ask for a
 # password. Otherwise it prints the line to run, and exits with 1. Does nothing when all is there.
@@ -10,7 +11,8 @@ set -eu
 
 build="cmake ninja-build pkg-config gcc g++ libembree-dev libassimp-dev libcglm-dev libopenexr-dev
     libspng-dev libturbojpeg0-dev libwebp-dev libcjson-dev libcmocka-dev"
-checks="clang clang-format clang-tidy llvm libclang-rt-dev libomp-dev glslang-tools spirv-tools"
+checks="clang clang-format clang-tidy llvm libclang-rt-dev libomp-dev glslang-tools spirv-tools
+    libvulkan-dev mesa-vulkan-drivers"
 
 case "${1:-build}" in
 build) packages=$build ;;

@@ -6,13 +6,13 @@
 #include "render/device.h"
 
 /* What the next frame's motion is measured against. */
-typedef struct history {
+typedef struct last_frame {
     bool valid;
-    const gn_scene *scene; /* only to tell another one */
+    uint64_t scene; /* its number */
     gn_rays rays;
     float *world; /* 16 a node */
     uint32_t node_count;
-} history;
+} last_frame;
 
 struct gn_view {
     gn_device *device;
@@ -25,7 +25,8 @@ struct gn_view {
     float *sample;     /* the visibility of one sample, where there are several */
     uint32_t light_capacity, light_count;
     gn_timings timings;
-    history last;
+    last_frame last;
+    gn_history *history;
 };
 
 gn_view_desc gn_view_desc_default(void)
@@ -92,7 +93,9 @@ gn_result gn_view_create(gn_device *device, const gn_view_desc *desc, gn_view **
         return gn_fail(context, GN_ERROR_OUT_OF_MEMORY, "out of memory for a view");
     made->device = device;
     made->desc = *desc;
-    const gn_result result = allocate(made);
+    gn_result result = allocate(made);
+    if (result == GN_OK)
+        result = gn_history_create(device, &made->history);
     if (result != GN_OK)
         gn_view_destroy(&made);
     *view = made;
@@ -106,6 +109,7 @@ void gn_view_destroy(gn_view **view)
     gn_view *v = *view;
     *view = NULL;
     gn_context *context = gn_device_context(v->device);
+    gn_history_destroy(&v->history);
     gn_free(context, v->planes);
     gn_free(context, v->words);
     gn_free(context, v->image);
@@ -140,6 +144,7 @@ gn_timings gn_view_timings(const gn_view *view)
 void gn_view_reset_history(gn_view *view)
 {
     view->last.valid = false;
+    gn_history_reset(view->history);
 }
 
 static gn_result check_ready(gn_context *context, const gn_scene *scene, uint32_t camera)
@@ -177,7 +182,7 @@ static gn_rays make_rays(const gn_view *view, const gn_camera *camera)
 static gn_result remember(gn_view *view, const gn_scene *scene, const gn_rays *rays)
 {
     gn_context *context = gn_device_context(view->device);
-    history *last = &view->last;
+    last_frame *last = &view->last;
     if (last->node_count != scene->node_count || !last->world) {
         gn_free(context, last->world);
         last->valid = false;
@@ -189,7 +194,7 @@ static gn_result remember(gn_view *view, const gn_scene *scene, const gn_rays *r
     }
     for (uint32_t i = 0; i < scene->node_count; i++)
         memcpy(last->world + 16 * (size_t)i, scene->nodes[i].world, 16 * sizeof(float));
-    last->scene = scene;
+    last->scene = scene->number;
     last->rays = *rays;
     last->valid = true;
     return GN_OK;
@@ -198,7 +203,8 @@ static gn_result remember(gn_view *view, const gn_scene *scene, const gn_rays *r
 /* The first frame, and the one after a reset, has not moved. */
 static gn_result start_history(gn_view *view, const gn_scene *scene, const gn_rays *rays)
 {
-    if (view->last.valid && view->last.scene == scene && view->last.node_count == scene->node_count)
+    if (view->last.valid && view->last.scene == scene->number &&
+        view->last.node_count == scene->node_count)
         return GN_OK;
     return remember(view, scene, rays);
 }
@@ -229,39 +235,6 @@ gn_result gn_view_trace_gbuffer(gn_view *view, const gn_scene *scene, uint32_t c
     trace_gbuffer(view, scene, &rays, centre);
     view->timings.gbuffer = gn_milliseconds() - start;
     return remember(view, scene, &rays);
-}
-
-gn_result gn_scene_visibility(const gn_scene *scene, const gn_gbuffer *gbuffer,
-                              const gn_visibility_desc *desc, float *visibility,
-                              gn_visibility_stats *stats)
-{
-    gn_context *context = scene->context;
-    GN_CHECK_DESC(context, desc, gn_visibility_desc);
-    if (!scene->accel || scene->edits != scene->committed)
-        return gn_fail(context, GN_ERROR_STATE, "the scene has edits that are not committed");
-    if (!desc->method)
-        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "no method is given");
-    if (desc->light >= scene->light_count)
-        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
-                       "light %u does not exist: the scene has %u", desc->light,
-                       scene->light_count);
-    if (!(desc->cutoff >= 0.0f && desc->cutoff <= 0.5f))
-        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
-                       "a visibility cutoff of %g: the range is 0 to 0.5", (double)desc->cutoff);
-    if (!(desc->point_light_clip >= 0.0f))
-        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
-                       "a point light clip of %g: it must not be negative",
-                       (double)desc->point_light_clip);
-    gn_visibility_job job = {.tracer = {.accel = scene->accel},
-                             .gbuffer = gbuffer,
-                             .light = scene->lights[desc->light],
-                             .visibility = visibility,
-                             .lod = stats ? stats->lod : NULL,
-                             .lookups = stats ? stats->lookups : NULL};
-    const uint64_t rays = gn_cpu_visibility(&scene->device->cpu, &job, desc);
-    if (stats)
-        stats->rays = rays;
-    return GN_OK;
 }
 
 /* Sample i of the R2 sequence (Roberts 2018): even in the pixel for any count; the first of one
@@ -300,9 +273,10 @@ static gn_result reserve_lights(gn_view *view, uint32_t count)
 }
 
 /* One sample: G-buffer, every light, shading. visibility: light_count planes, overwritten. */
-static gn_result render_sample(gn_view *view, const gn_scene *scene, const gn_rays *rays,
-                               const gn_visibility_desc *desc, const uint32_t *lights,
-                               uint32_t light_count, uint32_t sample, float *visibility)
+static gn_result render_sample(gn_view *view, const gn_scene *scene, uint32_t camera,
+                               const gn_rays *rays, const gn_visibility_desc *desc,
+                               const uint32_t *lights, uint32_t light_count, uint32_t sample,
+                               float *visibility)
 {
     const size_t pixels = (size_t)view->desc.width * view->desc.height;
     gn_shade_light shade_lights[light_count + 1];
@@ -316,10 +290,15 @@ static gn_result render_sample(gn_view *view, const gn_scene *scene, const gn_ra
     for (uint32_t i = 0; i < light_count; i++) {
         gn_visibility_desc one = *desc;
         one.light = lights[i];
-        const gn_result result =
-            gn_scene_visibility(scene, &view->gbuffer, &one, visibility + i * pixels, NULL);
-        if (result != GN_OK)
-            return result;
+        one.camera = camera;
+        one.frame = desc->frame * view->desc.samples + sample;
+        one.history = desc->history ? desc->history : view->history;
+        gn_visibility_stats stats = {0};
+        GN_TRY(gn_scene_visibility(scene, &view->gbuffer, &one, visibility + i * pixels, &stats));
+        view->timings.shadow_map += stats.map.depth_ms;
+        view->timings.filter += stats.map.filter_ms;
+        view->timings.test += stats.test_ms;
+        view->timings.trace += stats.trace_ms;
         shade_lights[i] = (gn_shade_light){&scene->lights[lights[i]], visibility + i * pixels};
     }
     view->timings.visibility += gn_milliseconds() - start;
@@ -355,12 +334,14 @@ gn_result gn_view_render(gn_view *view, const gn_scene *scene, uint32_t camera,
     view->timings = (gn_timings){0};
     memset(view->image, 0, pixels * 3 * sizeof *view->image);
     if (samples == 1) {
-        result = render_sample(view, scene, &rays, desc, lights, light_count, 0, view->visibility);
+        result = render_sample(view, scene, camera, &rays, desc, lights, light_count, 0,
+                               view->visibility);
     } else if (light_count > 0) {
         memset(view->visibility, 0, pixels * light_count * sizeof *view->visibility);
     }
     for (uint32_t s = 0; samples > 1 && s < samples && result == GN_OK; s++) {
-        result = render_sample(view, scene, &rays, desc, lights, light_count, s, view->sample);
+        result =
+            render_sample(view, scene, camera, &rays, desc, lights, light_count, s, view->sample);
         for (size_t i = 0; i < pixels * light_count && result == GN_OK; i++)
             view->visibility[i] += view->sample[i] / (float)samples;
         if (gn_report(context, (double)(s + 1) / samples, "samples"))

@@ -104,6 +104,7 @@ gn_result gn_scene_create(gn_device *device, gn_scene **scene)
         return gn_fail(context, GN_ERROR_OUT_OF_MEMORY, "no memory for a scene");
     made->device = device;
     made->context = context;
+    made->number = ++context->scenes;
     made->default_material = GN_NONE;
     *scene = made;
     return GN_OK;

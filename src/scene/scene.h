@@ -106,6 +106,7 @@ typedef struct gn_camera {
 struct gn_scene {
     gn_device *device;
     gn_context *context;
+    uint64_t number; /* of the device's scenes, from 1: addresses come back, numbers do not */
     gn_texture *textures;
     gn_material *materials;
     gn_mesh *meshes;
