@@ -1,6 +1,7 @@
 #include "app.h"
 
 #include <errno.h>
+#include <math.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -10,10 +11,28 @@
 #include <unistd.h>
 
 const char *const gn_app_isa_names[] = {"auto", "scalar", "avx2", "avx512", NULL};
+const char *const gn_app_map_alpha_names[] = {"test", "mip0", "hashed", "opaque", NULL};
+const char *const gn_app_reading_names[] = {"auto", "nearest", "white", "blue", "bilinear", NULL};
 
 gn_app_options gn_app_options_default(void)
 {
-    return (gn_app_options){.seed = 1, .scale = 1, .size = {1920, 1080}};
+    return (gn_app_options){.seed = 1,
+                            .scale = 1,
+                            .size = {1920, 1080},
+                            .map = {.resolution = GN_NONE,
+                                    .cascades = GN_NONE,
+                                    .samples = GN_NONE,
+                                    .filter_width = GN_NONE,
+                                    .alpha = GN_NONE,
+                                    .reading = GN_NONE,
+                                    .distance = NAN,
+                                    .split_weight = NAN,
+                                    .enlarge = NAN,
+                                    .filter_sigma = NAN,
+                                    .depth_bias = NAN,
+                                    .normal_bias = NAN,
+                                    .minimum_variance = NAN,
+                                    .moment_bias = NAN}};
 }
 
 /* Interrupts -------------------------------------------------------------------------------- */
@@ -277,61 +296,6 @@ bool gn_app_choose(gn_app *app)
     return choose_camera(app) && choose_lights(app) && gn_scene_commit(app->scene) == GN_OK;
 }
 
-/* Methods ----------------------------------------------------------------------------------- */
-
-static bool find_method(const char *command, const char *name, const char *const *pseudo,
-                        gn_app_method *found)
-{
-    const gn_method *method = gn_method_find(name);
-    if (method) {
-        *found = (gn_app_method){method->name, method};
-        return true;
-    }
-    const char *known[GN_APP_MAX_METHODS * 2] = {"ray"};
-    uint32_t count = 1;
-    for (uint32_t i = 0; gn_methods[i] && count < GN_APP_MAX_METHODS; i++)
-        known[count++] = gn_methods[i]->name;
-    for (uint32_t i = 0; pseudo && pseudo[i] && count + 1 < GN_APP_MAX_METHODS * 2; i++) {
-        if (strcmp(name, pseudo[i]) == 0) {
-            *found = (gn_app_method){pseudo[i], NULL};
-            return true;
-        }
-        known[count++] = pseudo[i];
-    }
-    char names[512] = "";
-    size_t used = 0;
-    for (uint32_t i = 0; i < count && used < sizeof names; i++)
-        used +=
-            (size_t)snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "", known[i]);
-    const char *guess = gn_suggest(name, known);
-    if (guess)
-        gn_usage_error(command, "no method '%s'; did you mean '%s'? All: %s", name, guess, names);
-    else
-        gn_usage_error(command, "no method '%s'; there are: %s", name, names);
-    return false;
-}
-
-uint32_t gn_app_parse_methods(const char *command, const char *list, const char *const *pseudo,
-                              gn_app_method methods[GN_APP_MAX_METHODS])
-{
-    uint32_t count = 0;
-    for (const char *start = list;;) {
-        char name[64];
-        const size_t length = strcspn(start, ",");
-        snprintf(name, sizeof name, "%.*s", (int)(length < 63 ? length : 63), start);
-        if (count == GN_APP_MAX_METHODS) {
-            gn_usage_error(command, "more than %d methods", GN_APP_MAX_METHODS);
-            return 0;
-        }
-        if (!find_method(command, name, pseudo, &methods[count]))
-            return 0;
-        count++;
-        if (!start[length])
-            return count;
-        start += length + 1;
-    }
-}
-
 /* Views ------------------------------------------------------------------------------------- */
 
 gn_view_desc gn_app_view_desc(const gn_app *app, uint32_t samples)
@@ -341,35 +305,6 @@ gn_view_desc gn_app_view_desc(const gn_app *app, uint32_t samples)
     desc.height = app->options.size[1];
     desc.samples = samples;
     return desc;
-}
-
-gn_visibility_desc gn_app_visibility_desc(const gn_app *app, const gn_method *method)
-{
-    gn_visibility_desc desc = gn_visibility_desc_default();
-    desc.method = method;
-    desc.rescale_alpha = !app->options.no_alpha_rescale;
-    return desc;
-}
-
-bool gn_app_visibility(gn_app *app, const gn_gbuffer *gbuffer, const gn_method *method,
-                       float *planes, uint64_t *rays, double *milliseconds)
-{
-    const size_t pixels = (size_t)gbuffer->width * gbuffer->height;
-    gn_visibility_desc desc = gn_app_visibility_desc(app, method);
-    const double start = gn_milliseconds();
-    uint64_t sum = 0;
-    for (uint32_t i = 0; i < app->light_count; i++) {
-        gn_visibility_stats stats = {0};
-        desc.light = app->lights[i];
-        if (gn_scene_visibility(app->scene, gbuffer, &desc, planes + i * pixels, &stats) != GN_OK)
-            return false;
-        sum += stats.rays;
-    }
-    if (milliseconds)
-        *milliseconds = gn_milliseconds() - start;
-    if (rays)
-        *rays = sum;
-    return !interrupted;
 }
 
 /* Folders and JSON -------------------------------------------------------------------------- */

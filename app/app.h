@@ -16,8 +16,20 @@ int gn_app_render(int argc, char **argv);
 int gn_app_compare(int argc, char **argv);
 int gn_app_bench(int argc, char **argv);
 int gn_app_demo(int argc, char **argv);
+int gn_app_methods(int argc, char **argv);
+int gn_app_histogram(int argc, char **argv);
 int gn_app_scene(int argc, char **argv);
 int gn_app_info(int argc, char **argv);
+
+/* Settings of shadow maps. Counts and choices are GN_NONE, numbers NAN, where not given. */
+typedef struct gn_app_map_options {
+    uint32_t resolution, cascades, samples, filter_width;
+    uint32_t alpha, reading; /* gn_map_alpha, gn_map_reading */
+    double distance, split_weight, enlarge, filter_sigma;
+    double depth_bias, normal_bias, minimum_variance, moment_bias;
+    gn_reals splits, evsm, esm;
+    bool mip_maps, no_reuse;
+} gn_app_map_options;
 
 /* Values of the options that several commands have. */
 typedef struct gn_app_options {
@@ -31,11 +43,15 @@ typedef struct gn_app_options {
     uint32_t size[2];
     double time;
     bool no_alpha_rescale;
+    gn_app_map_options map;
 } gn_app_options;
 
 gn_app_options gn_app_options_default(void);
 
-extern const char *const gn_app_isa_names[]; /* in the order of gn_isa */
+/* In the order of gn_isa, gn_map_alpha and gn_map_reading. */
+extern const char *const gn_app_isa_names[];
+extern const char *const gn_app_map_alpha_names[];
+extern const char *const gn_app_reading_names[];
 
 /* Lines for a command's option table; o is its gn_app_options. */
 #define GN_APP_DEVICE_OPTIONS(o)                                                                   \
@@ -62,6 +78,54 @@ extern const char *const gn_app_isa_names[]; /* in the order of gn_isa */
         GN_FLAG("no-alpha-rescale", 0, &(o).no_alpha_rescale,                                      \
                 "plain averages as mips of alpha, for comparison")
 
+/* Ranges are the library's, which names them (gn_app_use_methods()). */
+#define GN_APP_COUNT(name, argument, value, help)                                                  \
+    GN_COUNT(name, 0, argument, value, 0, UINT32_MAX - 1, help)
+#define GN_APP_REAL(name, argument, value, help)                                                   \
+    GN_REAL(name, 0, argument, value, -1e30, 1e30, help)
+/* Below 0 the library takes the format's own. */
+#define GN_APP_BIAS(name, value, help) GN_REAL(name, 0, "X", value, 0, 1e30, help)
+
+/* Where maps lie and how they are drawn. */
+#define GN_APP_PLACE_OPTIONS(o)                                                                    \
+    GN_APP_COUNT("map-size", "N", &(o).map.resolution, "texels a side, default 2048"),             \
+        GN_APP_COUNT("cascades", "N", &(o).map.cascades, "cascades of a sun, default 4"),          \
+        GN_REALS("splits", 0, "A,B,...", &(o).map.splits, 1, GN_MAX_CASCADES,                      \
+                 "far end of each cascade as a share of the shadow distance, the last 1"),         \
+        GN_APP_REAL("split-weight", "X", &(o).map.split_weight,                                    \
+                    "cascades split evenly (0) to logarithmically (1), default 0.85"),             \
+        GN_APP_REAL("shadow-distance", "M", &(o).map.distance,                                     \
+                    "metres that the cascades reach; 0, the default: all that is seen"),           \
+        GN_APP_REAL("enlarge", "X", &(o).map.enlarge,                                              \
+                    "share by which cascades exceed their need, to be kept longer, default 0.15"), \
+        GN_APP_COUNT("map-samples", "N", &(o).map.samples,                                         \
+                     "depths a texel, 1 (the default) or 4, where they are filtered"),             \
+        GN_CHOICE("map-alpha", 0, "RULE", &(o).map.alpha, gn_app_map_alpha_names,                  \
+                  "masked occluders in a map: test (the default), mip0, hashed, opaque"),          \
+        GN_APP_BIAS("moment-bias", &(o).map.moment_bias,                                           \
+                    "of msm and nlmsm; default: the format's own")
+
+/* All settings of maps. */
+#define GN_APP_MAP_OPTIONS(o)                                                                      \
+    GN_APP_PLACE_OPTIONS(o),                                                                       \
+        GN_FLAG("no-reuse", 0, &(o).map.no_reuse, "make the maps anew in every frame"),            \
+        GN_APP_COUNT("filter-width", "N", &(o).map.filter_width,                                   \
+                     "texels of the Gaussian filter, odd, default 9; 1: no filter"),               \
+        GN_APP_REAL("filter-sigma", "X", &(o).map.filter_sigma,                                    \
+                    "its standard deviation in texels, default 2.4"),                              \
+        GN_FLAG("mip-maps", 0, &(o).map.mip_maps, "mip maps of vsm, esm, evsm and msm"),           \
+        GN_CHOICE("reading", 0, "HOW", &(o).map.reading, gn_app_reading_names,                     \
+                  "of texels: auto (the default), nearest, white, blue, bilinear"),                \
+        GN_APP_BIAS("depth-bias", &(o).map.depth_bias,                                             \
+                    "parts of a layer's depth range; default: the format's own"),                  \
+        GN_APP_BIAS("normal-bias", &(o).map.normal_bias,                                           \
+                    "texels along the normal; default: the format's own"),                         \
+        GN_APP_BIAS("min-variance", &(o).map.minimum_variance,                                     \
+                    "of vsm and evsm; default: the format's own"),                                 \
+        GN_REALS("evsm", 0, "C+[,C-]", &(o).map.evsm, 1, 2,                                        \
+                 "exponents of evsm; default: the method's own"),                                  \
+        GN_REALS("esm", 0, "C", &(o).map.esm, 1, 1, "exponent of esm; default: the method's own")
+
 #define GN_APP_TIME_OPTION(o)                                                                      \
     GN_REAL("time", 't', "S", &(o).time, 0, 1e6, "seconds into the animation, default 0")
 
@@ -76,6 +140,8 @@ typedef struct gn_app {
     uint32_t camera;
     uint32_t *lights; /* indices in the scene */
     uint32_t light_count;
+    uint32_t frame;  /* number of the frame at hand */
+    gn_map_desc map; /* settings of maps, set by gn_app_use_methods() */
     gn_bar bar;
     bool wrong_usage;   /* the error is the user's, not the scene's or the machine's */
     bool keep_warnings; /* set before gn_app_open(): the command prints them itself */
@@ -102,27 +168,7 @@ void gn_app_note(gn_app *app, const char *format, ...) __attribute__((format(pri
 const char *gn_app_camera_name(const gn_app *app, char text[32]);
 const char *gn_app_light_name(const gn_app *app, uint32_t light, char text[32]);
 
-/* One of gn_methods, or a pseudo-method that only some commands know (method is NULL then). */
-typedef struct gn_app_method {
-    const char *name;
-    const gn_method *method;
-} gn_app_method;
-
-#define GN_APP_MAX_METHODS 16
-
-/* Reads "a,b,c" into at most GN_APP_MAX_METHODS entries; pseudo: other names, ending with NULL, or
- * NULL. Returns the count, or 0 after saying what is wrong: exit with GN_EXIT_USAGE. */
-uint32_t gn_app_parse_methods(const char *command, const char *list, const char *const *pseudo,
-                              gn_app_method methods[GN_APP_MAX_METHODS]);
-
-/* Views and visibility by the options. */
 gn_view_desc gn_app_view_desc(const gn_app *app, uint32_t samples);
-gn_visibility_desc gn_app_visibility_desc(const gn_app *app, const gn_method *method);
-
-/* Runs the visibility of all chosen lights on a G-buffer into planes of width * height floats, one
- * a light; stats may be NULL, stats->rays is summed. Time in *milliseconds, which may be NULL. */
-bool gn_app_visibility(gn_app *app, const gn_gbuffer *gbuffer, const gn_method *method,
-                       float *planes, uint64_t *rays, double *milliseconds);
 
 /* Makes a folder unless it is there. */
 bool gn_app_make_folder(gn_app *app, const char *path);

@@ -21,18 +21,39 @@ static void print_cell(double value, const char *format, int width)
         printf(format, width, value);
 }
 
+/* What only methods with maps have. */
+static void print_maps(const gn_bench_result *result)
+{
+    bool any = false;
+    for (uint32_t i = 0; i < result->count; i++)
+        any = any || result->rows[i].map_layers > 0;
+    if (!any)
+        return;
+    printf("\n%-14s%9s%9s%9s%8s%8s%8s%9s%10s%10s\n", "maps, mean ms", "depth", "filter", "test",
+           "layers", "fits", "MB", "wrong %", "mean abs", "x mip0");
+    for (uint32_t i = 0; i < result->count; i++) {
+        const gn_bench_row *row = &result->rows[i];
+        if (row->map_layers == 0)
+            continue;
+        printf("%-14s%9.2f%9.2f%9.2f%8u%8.2f%8.0f%9.3f%10.5f%10.2f\n", row->name,
+               row->shadow_map.mean, row->filter.mean, row->test.mean, row->map_layers,
+               row->map_fits, (double)row->map_bytes * 1e-6, row->wrong * 100, row->mean_abs,
+               row->speedup.median);
+    }
+    printf("fits: layers placed anew, a frame. wrong and mean abs: against ray-mip0.\n");
+}
+
 static void print_table(const gn_app *app, const gn_bench_options *o, const gn_bench_result *result)
 {
     const gn_bench_row *rival = gn_bench_find(result, RIVAL);
     const gn_bench_row *naive = gn_bench_find(result, BASELINE);
-    const double rays = (double)result->rays;
     char text[32];
     printf("%s, camera %s, %u x %u, %u frames at %g a second, %u threads, %s\n", app->scene_name,
            gn_app_camera_name(app, text), app->options.size[0], app->options.size[1], o->frames,
            o->fps, gn_device_get_info(app->device).threads,
            gn_device_get_info(app->device).isa_name);
     printf("%.2f million shadow rays a frame; G-buffer %.1f ms, scene update %.2f ms\n\n",
-           rays * 1e-6, result->gbuffer.median, result->update.median);
+           (double)result->rays * 1e-6, result->gbuffer.median, result->update.median);
     printf("%-14s%9s%9s%9s%8s%8s%8s%8s", "", "ms", "min", "max", "ns/ray", "Mray/s", "x naive",
            "/ mip0");
     printf("%9s%8s%9s%8s", "flicker", "/ mip0", "toggles", "/ mip0");
@@ -40,14 +61,17 @@ static void print_table(const gn_app *app, const gn_bench_options *o, const gn_b
     for (uint32_t i = 0; i < result->count; i++) {
         const gn_bench_row *row = &result->rows[i];
         printf("%-14s", row->name);
-        print_cell(row->timed ? row->visibility.median : -1, "%*.1f", 9);
-        print_cell(row->timed ? row->visibility.min : -1, "%*.1f", 9);
-        print_cell(row->timed ? row->visibility.max : -1, "%*.1f", 9);
-        print_cell(row->timed ? ratio(row->visibility.median * 1e6, rays) : -1, "%*.1f", 8);
-        print_cell(row->timed ? ratio(rays, row->visibility.median * 1e3) : -1, "%*.2f", 8);
-        print_cell(naive && row->timed ? row->speedup.median : -1, "%*.2f", 8);
-        print_cell(rival && row->timed ? ratio(row->visibility.median, rival->visibility.median)
-                                       : -1,
+        print_cell(row->timed ? row->visibility.spread.median : -1, "%*.1f", 9);
+        print_cell(row->timed ? row->visibility.spread.min : -1, "%*.1f", 9);
+        print_cell(row->timed ? row->visibility.spread.max : -1, "%*.1f", 9);
+        print_cell(row->timed ? ratio(row->visibility.spread.median * 1e6, row->rays) : -1, "%*.1f",
+                   8);
+        print_cell(row->rays > 0 ? row->rays / (row->visibility.spread.median * 1e3) : -1, "%*.2f",
+                   8);
+        print_cell(naive && row->timed ? row->speedup_naive.median : -1, "%*.2f", 8);
+        print_cell(rival && row->timed
+                       ? ratio(row->visibility.spread.median, rival->visibility.spread.median)
+                       : -1,
                    "%*.2f", 8);
         print_cell(row->steady ? row->flicker * 1e3 : -1, "%*.3f", 9);
         print_cell(rival && row->steady ? ratio(row->flicker, rival->flicker) : -1, "%*.3f", 8);
@@ -60,6 +84,7 @@ static void print_table(const gn_app *app, const gn_bench_options *o, const gn_b
         }
         printf("\n");
     }
+    print_maps(result);
     printf("\nflicker, toggles and mse are in 1/1000.");
     if (result->referenced)
         printf(" The reference has %u samples a pixel on %u frames, and a mean of %.4f.",
@@ -86,6 +111,24 @@ static void add_spread(cJSON *json, const char *prefix, gn_spread spread)
     }
 }
 
+static void add_passes(cJSON *json, const gn_bench_result *result, const gn_bench_row *row)
+{
+    const struct {
+        const char *name;
+        gn_bench_part part;
+    } passes[] = {{"shadow_map", row->shadow_map},
+                  {"filter", row->filter},
+                  {"test", row->test},
+                  {"trace", row->trace}};
+    cJSON *list = cJSON_AddObjectToObject(json, "passes");
+    add_spread(cJSON_AddObjectToObject(list, "gbuffer"), "ms", result->gbuffer);
+    for (size_t i = 0; i < sizeof passes / sizeof *passes; i++) {
+        cJSON *pass = cJSON_AddObjectToObject(list, passes[i].name);
+        add_spread(pass, "ms", passes[i].part.spread);
+        cJSON_AddNumberToObject(pass, "ms_mean", passes[i].part.mean);
+    }
+}
+
 static void add_method(cJSON *methods, const gn_bench_result *result, const gn_bench_row *row,
                        double pixels)
 {
@@ -94,31 +137,38 @@ static void add_method(cJSON *methods, const gn_bench_result *result, const gn_b
     cJSON_AddItemToArray(methods, json);
     cJSON_AddStringToObject(json, "name", row->name);
     if (row->timed) {
-        add_spread(json, "ms", row->visibility);
+        add_spread(json, "ms", row->visibility.spread);
+        cJSON_AddNumberToObject(json, "ms_mean", row->visibility.mean);
         cJSON_AddNumberToObject(json, "noise", row->noise);
-        cJSON *passes = cJSON_AddObjectToObject(json, "passes");
-        add_spread(cJSON_AddObjectToObject(passes, "gbuffer"), "ms", result->gbuffer);
-        add_spread(cJSON_AddObjectToObject(passes, "trace"), "ms", row->visibility);
-        cJSON_AddNumberToObject(json, "rays_per_pixel", (double)result->rays / pixels);
-        cJSON_AddNumberToObject(json, "ns_per_ray",
-                                row->visibility.median * 1e6 / (double)result->rays);
-        cJSON_AddNumberToObject(json, "rays_per_second",
-                                (double)result->rays / row->visibility.median * 1e3);
+        add_passes(json, result, row);
+        cJSON_AddNumberToObject(json, "rays_per_pixel", row->rays / pixels);
+        if (row->rays > 0) {
+            cJSON_AddNumberToObject(json, "ns_per_ray",
+                                    row->visibility.spread.median * 1e6 / row->rays);
+            cJSON_AddNumberToObject(json, "rays_per_second",
+                                    row->rays / row->visibility.spread.median * 1e3);
+        }
+        if (row->map_layers > 0) {
+            cJSON *map = cJSON_AddObjectToObject(json, "map");
+            cJSON_AddNumberToObject(map, "layers", row->map_layers);
+            cJSON_AddNumberToObject(map, "fits", row->map_fits);
+            cJSON_AddNumberToObject(map, "bytes", (double)row->map_bytes);
+        }
+        /* Against tracing all; plain rays are that themselves. */
         cJSON_AddNumberToObject(json, "wrong_pixels", row->wrong);
         cJSON_AddNumberToObject(json, "mean_abs", row->mean_abs);
-        /* Against tracing all with the same alpha rule; plain rays are that themselves. */
-        const bool naive = strcmp(row->name, BASELINE) == 0;
-        if (!naive || rival) {
-            cJSON_AddNumberToObject(json, "speedup", naive ? 1 / rival->speedup.median : 1);
-            cJSON_AddNumberToObject(json, "speedup_min", naive ? 1 / rival->speedup.max : 1);
-        }
         if (row->speedup.median > 0) {
-            cJSON_AddNumberToObject(json, "speedup_naive", row->speedup.median);
-            cJSON_AddNumberToObject(json, "speedup_naive_min", row->speedup.min);
+            cJSON_AddNumberToObject(json, "speedup", row->speedup.median);
+            cJSON_AddNumberToObject(json, "speedup_min", row->speedup.min);
+        }
+        if (row->speedup_naive.median > 0) {
+            cJSON_AddNumberToObject(json, "speedup_naive", row->speedup_naive.median);
+            cJSON_AddNumberToObject(json, "speedup_naive_min", row->speedup_naive.min);
         }
         if (rival)
-            cJSON_AddNumberToObject(json, "ms_ratio",
-                                    ratio(row->visibility.median, rival->visibility.median));
+            cJSON_AddNumberToObject(
+                json, "ms_ratio",
+                ratio(row->visibility.spread.median, rival->visibility.spread.median));
     }
     if (row->steady) {
         cJSON_AddNumberToObject(json, "flicker", row->flicker);
@@ -160,6 +210,20 @@ static cJSON *make_json(const gn_app *app, const gn_bench_options *o, const gn_b
     return json;
 }
 
+/* Where there are maps: what they are held against. */
+static uint32_t add_yardstick(gn_app_method methods[GN_APP_MAX_METHODS], uint32_t count)
+{
+    bool maps = false;
+    for (uint32_t i = 0; i < count; i++) {
+        if (strcmp(methods[i].name, RIVAL) == 0)
+            return count;
+        maps = maps || gn_app_has_map(&methods[i]);
+    }
+    if (maps && count < GN_APP_MAX_METHODS)
+        methods[count++] = gn_app_yardstick();
+    return count;
+}
+
 int gn_app_bench(int argc, char **argv)
 {
     static const char *const names[] = {"SCENE", NULL};
@@ -167,7 +231,11 @@ int gn_app_bench(int argc, char **argv)
     static const char *const notes[] = {
         "Methods take turns on the same frames. A frame's time is the fastest of its repeats; the",
         "table has the median, least and most over the frames. 'naive' is the baseline: one ray at",
-        "a time, an instance a node, alpha test in mip 0. Ratios are to ray-mip0.", NULL};
+        "a time, an instance a node, alpha test in mip 0. Ratios are to ray-mip0.",
+        "Methods are names in 'gnomon methods', names with * and ?, or all, rays, maps. With a map",
+        "method ray-mip0 is run too, and its errors are against it. Maps are kept from frame to",
+        "frame; a frame's time has what it took to bring them up to date, once.",
+        NULL};
     const gn_usage usage = {
         "bench",
         "time, steadiness and error of methods on the frames of one camera",
@@ -179,9 +247,9 @@ int gn_app_bench(int argc, char **argv)
     gn_app_options common = gn_app_options_default();
     gn_bench_options bench = {
         .frames = 12, .warm_up = 1, .repeats = 3, .fps = 60, .reference_frames = 3};
-    const char *list = "naive,ray-mip0,ray-test,ray-saturate,ray-raw,ray-coverage", *path = NULL;
+    const char *list = BASELINE ",rays", *path = NULL;
     const gn_option options[] = {
-        GN_TEXT("methods", 'm', "A,B,...", &list, "methods to run; default: all, and naive"),
+        GN_TEXT("methods", 'm', "A,B,...", &list, "methods to run; default: naive and the rays"),
         GN_COUNT("frames", 'f', "N", &bench.frames, 1, 100000, "frames to measure, default 12"),
         GN_REAL("fps", 0, "N", &bench.fps, 0.001, 100000,
                 "frames a second of the animation, default 60"),
@@ -195,24 +263,27 @@ int gn_app_bench(int argc, char **argv)
                  "frames that get a reference, default 3; with all, its steadiness is shown too"),
         GN_APP_SHOT_OPTIONS(common),
         GN_APP_TIME_OPTION(common),
+        GN_APP_MAP_OPTIONS(common),
         GN_APP_DEVICE_OPTIONS(common),
         GN_OPTIONS_END};
     const char *name;
     int code = gn_options_parse(&usage, options, argc, argv, &name);
     if (code != GN_GO_ON)
         return code;
-    gn_app_method methods[GN_APP_MAX_METHODS];
-    const uint32_t count = gn_app_parse_methods("bench", list, pseudo, methods);
+    gn_app_method methods[GN_APP_MAX_METHODS] = {0};
+    uint32_t count = gn_app_parse_methods("bench", list, pseudo, methods);
     if (count == 0)
         return GN_EXIT_USAGE;
+    count = add_yardstick(methods, count);
     if (path)
         common.camera = path;
     bench.start = common.time;
 
     gn_app app = {0};
     gn_bench_result result;
-    bool good = gn_app_open(&app, "bench", &common) && gn_app_load(&app, name) &&
-                gn_app_choose(&app) && gn_bench_run(&app, &bench, methods, count, &result);
+    bool good = gn_app_open(&app, "bench", &common) && gn_app_use_methods(&app, methods, count) &&
+                gn_app_load(&app, name) && gn_app_choose(&app) &&
+                gn_bench_run(&app, &bench, methods, count, &result);
     if (good) {
         if (common.json)
             good = gn_app_print_json(&app, make_json(&app, &bench, &result));
@@ -222,6 +293,7 @@ int gn_app_bench(int argc, char **argv)
     if (good && (fflush(stdout) != 0 || ferror(stdout)))
         good = gn_app_error(&app, "standard output: cannot write");
     code = good ? GN_EXIT_OK : gn_app_fail(&app);
+    gn_app_release_methods(methods, count);
     gn_app_close(&app);
     return code;
 }

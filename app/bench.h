@@ -2,7 +2,7 @@
 #ifndef GN_APP_BENCH_H
 #define GN_APP_BENCH_H
 
-#include "app.h"
+#include "method.h"
 
 #include "measure/measure.h"
 
@@ -14,14 +14,27 @@ typedef struct gn_bench_options {
     uint32_t reference_frames; /* how many frames get one, spread over the path */
 } gn_bench_options;
 
+/* Milliseconds, over the frames. Most frames may keep all of their maps: the mean tells more then.
+ */
+typedef struct gn_bench_part {
+    gn_spread spread;
+    double mean;
+} gn_bench_part;
+
 /* What one method did, over all frames. */
 typedef struct gn_bench_row {
     const char *name;
-    bool timed;              /* false: the reference */
-    gn_spread visibility;    /* milliseconds a frame, each the fastest of its repeats */
+    bool timed;                                    /* false: the reference */
+    gn_bench_part visibility;                      /* a frame, each the fastest of its repeats */
+    gn_bench_part shadow_map, filter, test, trace; /* of it */
     double noise;            /* the slowest repeat over the fastest, median over the frames */
-    gn_spread speedup;       /* the baseline's time over this one's, frame by frame; 0 without */
-    double wrong, mean_abs;  /* against tracing all with the same alpha rule */
+    gn_spread speedup_naive; /* the baseline's time over this one's, frame by frame; 0 without */
+    gn_spread speedup;       /* the same of its yardstick: tracing all; 0 without */
+    double wrong, mean_abs;  /* against its yardstick */
+    double rays;             /* a frame, mean */
+    uint32_t map_layers;     /* of all lights; 0 without maps */
+    double map_fits;         /* layers placed anew, a frame, mean */
+    size_t map_bytes;
     bool steady;             /* flicker and toggles were measured */
     double flicker, toggles; /* docs/metrics.md */
     double mse, mean;        /* against the reference; mean visibility of the same frames */
@@ -37,7 +50,7 @@ typedef struct gn_bench_result {
 } gn_bench_result;
 
 /* Runs it. methods: real ones, or the pseudo-method "naive". */
-bool gn_bench_run(gn_app *app, const gn_bench_options *options, const gn_app_method *methods,
+bool gn_bench_run(gn_app *app, const gn_bench_options *options, gn_app_method *methods,
                   uint32_t method_count, gn_bench_result *result);
 
 /* The row with that name, or NULL. */

@@ -3,6 +3,7 @@
 #include "bench.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "naive.h"
@@ -10,7 +11,7 @@
 typedef struct runner {
     gn_app *app;
     const gn_bench_options *options;
-    const gn_app_method *methods;
+    gn_app_method *methods;
     uint32_t method_count;
     gn_bench_result *result;
 
@@ -20,9 +21,10 @@ typedef struct runner {
     size_t pixels, plane_floats; /* of a frame; of all lights of a frame */
     float *planes;               /* method_count + 1 sets of visibility */
     gn_flicker_state *states;    /* a method and light each */
-    double *times;               /* [method][frame] fastest of the repeats */
+    gn_app_cost *costs;          /* [method][frame] fastest of the repeats */
     double *noise;               /* [method][frame] slowest / fastest */
-    double *ratios, *gbuffer, *update;
+    double *series;              /* a number a frame, for a moment */
+    double *gbuffer, *update;
     uint32_t measured, reference_frames;
     uint64_t rays; /* of the last frame */
 } runner;
@@ -32,62 +34,82 @@ static float *planes_of(const runner *r, uint32_t method)
     return r->planes + method * r->plane_floats;
 }
 
-static bool is_naive(const gn_app_method *method)
+/* The method whose visibility this one's is held against: tracing all. What a map stands for is the
+ * exact ray; a plain ray is that itself; the baseline traces as ray-mip0 does. */
+static uint32_t yardstick_of(const runner *r, uint32_t method)
 {
-    return method->method == NULL;
+    const gn_app_method *m = &r->methods[method];
+    if (!m->pseudo && m->method.trace == GN_TRACE_ALL)
+        return method;
+    for (uint32_t i = 0; i < r->method_count; i++)
+        if (strcmp(r->methods[i].name, "ray-mip0") == 0)
+            return i;
+    return GN_NONE;
 }
 
-/* One method on one G-buffer; milliseconds. */
-static bool run_method(runner *r, uint32_t m, uint64_t *rays, double *milliseconds)
+/* One method on one G-buffer. */
+static bool run_method(runner *r, uint32_t m, gn_app_cost *cost)
 {
     const gn_gbuffer *g = gn_view_gbuffer(r->view);
-    if (!is_naive(&r->methods[m]))
-        return gn_app_visibility(r->app, g, r->methods[m].method, planes_of(r, m), rays,
-                                 milliseconds);
+    if (!r->methods[m].pseudo)
+        return gn_app_visibility(r->app, g, &r->methods[m], planes_of(r, m), cost);
     const double start = gn_milliseconds();
     for (uint32_t i = 0; i < r->app->light_count; i++)
         gn_naive_visibility(r->naive, g, r->app->lights[i], planes_of(r, m) + i * r->pixels);
-    *milliseconds = gn_milliseconds() - start;
+    *cost = (gn_app_cost){0};
+    cost->total = cost->trace = gn_milliseconds() - start;
     return !gn_app_interrupted();
+}
+
+/* Maps are kept: only the first repeat of a frame brings them up to date, and what that took is
+ * part of the frame. */
+static void keep_fastest(gn_app_cost *best, const gn_app_cost *cost, bool first)
+{
+    if (first) {
+        *best = *cost;
+        return;
+    }
+    const double maps = best->shadow_map + best->filter;
+    const double rest = cost->total - cost->shadow_map - cost->filter;
+    best->total = fmin(best->total, rest + maps);
+    best->test = fmin(best->test, cost->test);
+    best->trace = fmin(best->trace, cost->trace);
 }
 
 /* All methods, repeats times each, in an order that turns from repeat to repeat. */
 static bool time_methods(runner *r, uint32_t frame)
 {
-    double slowest[GN_APP_MAX_METHODS] = {0};
+    double slowest[GN_APP_MAX_METHODS] = {0}, fastest[GN_APP_MAX_METHODS];
     for (uint32_t repeat = 0; repeat < r->options->repeats; repeat++)
         for (uint32_t turn = 0; turn < r->method_count; turn++) {
             const uint32_t m = (turn + repeat + frame) % r->method_count;
-            double *best = &r->times[m * r->options->frames + frame], time;
-            uint64_t rays = 0;
-            if (!run_method(r, m, &rays, &time))
+            gn_app_cost cost;
+            if (!run_method(r, m, &cost))
                 return false;
-            *best = repeat == 0 ? time : fmin(*best, time);
-            slowest[m] = fmax(slowest[m], time);
-            r->rays = rays > 0 ? rays : r->rays;
+            keep_fastest(&r->costs[m * r->options->frames + frame], &cost, repeat == 0);
+            const double rest = cost.total - cost.shadow_map - cost.filter;
+            slowest[m] = fmax(slowest[m], rest);
+            fastest[m] = repeat == 0 ? rest : fmin(fastest[m], rest);
+            r->rays = cost.rays > 0 ? cost.rays : r->rays;
         }
     r->result->rays += r->rays;
     for (uint32_t m = 0; m < r->method_count; m++)
-        r->noise[m * r->options->frames + frame] =
-            slowest[m] / r->times[m * r->options->frames + frame];
+        r->noise[m * r->options->frames + frame] = slowest[m] / fastest[m];
     return true;
 }
 
-/* Wrong pixels against tracing all with the same alpha rule: for plain rays that is the method
- * itself; the baseline is held against ray-mip0. */
+/* Wrong pixels against the yardstick. */
 static void compare_methods(runner *r)
 {
-    uint32_t mip0 = GN_NONE;
-    for (uint32_t m = 0; m < r->method_count; m++)
-        if (strcmp(r->methods[m].name, "ray-mip0") == 0)
-            mip0 = m;
-    for (uint32_t m = 0; m < r->method_count; m++)
-        if (is_naive(&r->methods[m]) && mip0 != GN_NONE) {
-            const gn_difference d =
-                gn_measure_difference(planes_of(r, m), planes_of(r, mip0), NULL, r->plane_floats);
-            r->result->rows[m].wrong += d.wrong;
-            r->result->rows[m].mean_abs += d.mean_abs;
-        }
+    for (uint32_t m = 0; m < r->method_count; m++) {
+        const uint32_t yardstick = yardstick_of(r, m);
+        if (yardstick == GN_NONE || yardstick == m)
+            continue;
+        const gn_difference d =
+            gn_measure_difference(planes_of(r, m), planes_of(r, yardstick), NULL, r->plane_floats);
+        r->result->rows[m].wrong += d.wrong;
+        r->result->rows[m].mean_abs += d.mean_abs;
+    }
 }
 
 static void add_flicker(runner *r, uint32_t row, const float *planes, bool first)
@@ -115,8 +137,8 @@ static bool wants_reference(const gn_bench_options *o, uint32_t frame)
 /* Squared error where the frame shows a surface. */
 static bool compare_reference(runner *r, bool steady)
 {
-    const gn_method *mip0 = gn_method_find("ray-mip0");
-    const gn_visibility_desc desc = gn_app_visibility_desc(r->app, mip0);
+    const gn_app_method mip0 = gn_app_yardstick();
+    const gn_visibility_desc desc = gn_app_visibility_desc(r->app, &mip0);
     if (gn_view_render(r->reference, r->app->scene, r->app->camera, &desc, r->app->lights,
                        r->app->light_count) != GN_OK)
         return false;
@@ -158,11 +180,11 @@ static bool run_frame(runner *r, int32_t frame)
     start = gn_milliseconds();
     if (gn_view_trace_gbuffer(r->view, r->app->scene, r->app->camera) != GN_OK)
         return false;
-    if (!measured) { /* warm-up: caches, clocks, memory */
-        double time;
-        uint64_t rays;
+    r->app->frame = (uint32_t)(frame + (int32_t)r->options->warm_up);
+    if (!measured) { /* warm-up: caches, clocks, memory, maps */
+        gn_app_cost cost;
         for (uint32_t m = 0; m < r->method_count; m++)
-            if (!run_method(r, m, &rays, &time))
+            if (!run_method(r, m, &cost))
                 return false;
         return true;
     }
@@ -191,7 +213,7 @@ static bool prepare(runner *r)
         (o->reference && gn_view_create(app->device, &many, &r->reference) != GN_OK))
         return false;
     for (uint32_t m = 0; m < r->method_count; m++)
-        if (is_naive(&r->methods[m]) && !r->naive) {
+        if (r->methods[m].pseudo && !r->naive) {
             r->naive = gn_naive_create(app->scene, gn_device_get_info(app->device).threads);
             if (!r->naive)
                 return gn_app_error(app, "out of memory for the baseline");
@@ -199,15 +221,74 @@ static bool prepare(runner *r)
     const size_t sets = r->method_count + 1u;
     r->planes = gn_alloc_zero(r->context, sets * r->plane_floats, sizeof *r->planes);
     r->states = gn_alloc_zero(r->context, sets * app->light_count, sizeof *r->states);
-    r->times = gn_alloc_zero(r->context, (size_t)r->method_count * o->frames, sizeof *r->times);
+    r->costs = gn_alloc_zero(r->context, (size_t)r->method_count * o->frames, sizeof *r->costs);
     r->noise = gn_alloc_zero(r->context, (size_t)r->method_count * o->frames, sizeof *r->noise);
-    r->ratios = gn_alloc_zero(r->context, o->frames, sizeof *r->ratios);
+    r->series = gn_alloc_zero(r->context, o->frames, sizeof *r->series);
     r->gbuffer = gn_alloc_zero(r->context, o->frames, sizeof *r->gbuffer);
     r->update = gn_alloc_zero(r->context, o->frames, sizeof *r->update);
-    if (!r->planes || !r->states || !r->times || !r->noise || !r->ratios || !r->gbuffer ||
+    if (!r->planes || !r->states || !r->costs || !r->noise || !r->series || !r->gbuffer ||
         !r->update)
         return gn_app_error(app, "out of memory for %zu methods at this size", sets - 1);
     return true;
+}
+
+/* One part of a method's costs; offset: where it lies in gn_app_cost. */
+static gn_bench_part part_of(runner *r, uint32_t m, size_t offset)
+{
+    const uint32_t frames = r->options->frames;
+    const gn_app_cost *costs = r->costs + (size_t)m * frames;
+    gn_bench_part part = {0};
+    for (uint32_t f = 0; f < frames; f++) {
+        memcpy(&r->series[f], (const char *)&costs[f] + offset, sizeof *r->series);
+        part.mean += r->series[f] / frames;
+    }
+    part.spread = gn_measure_spread(r->series, frames);
+    return part;
+}
+
+/* How many times as fast as another method, frame by frame. */
+static gn_spread speedup_of(runner *r, uint32_t m, uint32_t other)
+{
+    const uint32_t frames = r->options->frames;
+    if (other == GN_NONE)
+        return (gn_spread){0};
+    for (uint32_t f = 0; f < frames; f++)
+        r->series[f] = r->costs[other * frames + f].total / r->costs[m * frames + f].total;
+    return gn_measure_spread(r->series, frames);
+}
+
+/* What a method's maps take in memory and in refits. */
+static void describe_maps(const runner *r, uint32_t m, gn_bench_row *row)
+{
+    const uint32_t frames = r->options->frames;
+    for (uint32_t i = 0; i < r->app->light_count && gn_app_has_map(&r->methods[m]); i++) {
+        const gn_shadow_map *map = gn_history_map(r->methods[m].history, r->app->lights[i]);
+        row->map_layers += map ? gn_shadow_map_layer_count(map) : 0;
+        row->map_bytes += map ? gn_shadow_map_bytes(map) : 0;
+    }
+    for (uint32_t f = 0; f < frames; f++)
+        row->map_fits += (double)r->costs[m * frames + f].fitted / frames;
+}
+
+static void summarise_method(runner *r, uint32_t m, uint32_t naive)
+{
+    const uint32_t frames = r->options->frames;
+    gn_bench_row *row = &r->result->rows[m];
+    row->name = r->methods[m].name;
+    row->timed = true;
+    row->visibility = part_of(r, m, offsetof(gn_app_cost, total));
+    row->shadow_map = part_of(r, m, offsetof(gn_app_cost, shadow_map));
+    row->filter = part_of(r, m, offsetof(gn_app_cost, filter));
+    row->test = part_of(r, m, offsetof(gn_app_cost, test));
+    row->trace = part_of(r, m, offsetof(gn_app_cost, trace));
+    row->speedup_naive = speedup_of(r, m, naive);
+    row->speedup = speedup_of(r, m, yardstick_of(r, m));
+    row->noise = gn_measure_spread(r->noise + (size_t)m * frames, frames).median;
+    for (uint32_t f = 0; f < frames; f++)
+        row->rays += (double)r->costs[m * frames + f].rays / frames;
+    if (r->methods[m].pseudo) /* it does not count them */
+        row->rays = (double)r->result->rays / frames;
+    describe_maps(r, m, row);
 }
 
 static void summarise(runner *r)
@@ -215,18 +296,10 @@ static void summarise(runner *r)
     const uint32_t frames = r->options->frames;
     const double pairs = frames > 1 ? frames - 1 : 1;
     gn_bench_result *result = r->result;
-    const double *baseline = NULL;
+    uint32_t naive = GN_NONE;
     for (uint32_t m = 0; m < r->method_count; m++)
-        if (is_naive(&r->methods[m]))
-            baseline = r->times + (size_t)m * frames;
-
-    /* Ratios frame by frame, before the times are sorted. */
-    for (uint32_t m = 0; m < r->method_count && baseline; m++) {
-        const double *times = r->times + (size_t)m * frames;
-        for (uint32_t f = 0; f < frames; f++)
-            r->ratios[f] = baseline[f] / times[f];
-        result->rows[m].speedup = gn_measure_spread(r->ratios, frames);
-    }
+        if (r->methods[m].pseudo)
+            naive = m;
     for (uint32_t m = 0; m <= r->method_count; m++) {
         gn_bench_row *row = &result->rows[m];
         row->steady = frames > 1;
@@ -236,12 +309,8 @@ static void summarise(runner *r)
         row->mean_abs /= frames;
         row->mse /= fmax(r->reference_frames, 1);
         row->mean /= fmax(r->reference_frames, 1);
-        if (m == r->method_count)
-            break;
-        row->name = r->methods[m].name;
-        row->timed = true;
-        row->visibility = gn_measure_spread(r->times + (size_t)m * frames, frames);
-        row->noise = gn_measure_spread(r->noise + (size_t)m * frames, frames).median;
+        if (m < r->method_count)
+            summarise_method(r, m, naive);
     }
     result->count = r->method_count;
     result->rays = frames > 0 ? result->rays / frames : 0;
@@ -262,9 +331,9 @@ static void clean_up(runner *r)
         gn_flicker_state_free(&r->states[i]);
     gn_free(r->context, r->planes);
     gn_free(r->context, r->states);
-    gn_free(r->context, r->times);
+    gn_free(r->context, r->costs);
     gn_free(r->context, r->noise);
-    gn_free(r->context, r->ratios);
+    gn_free(r->context, r->series);
     gn_free(r->context, r->gbuffer);
     gn_free(r->context, r->update);
     gn_naive_destroy(r->naive);
@@ -272,7 +341,7 @@ static void clean_up(runner *r)
     gn_view_destroy(&r->reference);
 }
 
-bool gn_bench_run(gn_app *app, const gn_bench_options *options, const gn_app_method *methods,
+bool gn_bench_run(gn_app *app, const gn_bench_options *options, gn_app_method *methods,
                   uint32_t method_count, gn_bench_result *result)
 {
     runner r = {.app = app,

@@ -15,36 +15,38 @@ static const char *const pseudo_methods[] = {"reference", NULL};
 
 /* One of the two. */
 typedef struct side {
-    gn_app_method method;
+    gn_app_method *method;
     uint32_t samples;
     gn_view *view;
     double ms[RUNS];
     uint32_t runs;
     gn_spread spread;
+    double map_ms; /* making its maps, once */
 } side;
 
 typedef struct comparison {
     gn_app app;
+    gn_app_method methods[2];
     side sides[2];
     gn_difference *differences; /* one a light */
     double ratio;               /* time of b over time of a */
     cJSON *files;
 } comparison;
 
-/* The pseudo-method: the plain ray many times a pixel. */
-static const gn_method *traced(const side *s)
-{
-    return s->method.method ? s->method.method : gn_method_find("ray-mip0");
-}
-
 static bool render_side(gn_app *app, side *s)
 {
+    /* The pseudo-method: the plain ray many times a pixel. */
+    const gn_app_method yardstick = gn_app_yardstick();
     const gn_view_desc desc = gn_app_view_desc(app, s->samples);
-    const gn_visibility_desc visibility = gn_app_visibility_desc(app, traced(s));
-    return gn_view_create(app->device, &desc, &s->view) == GN_OK &&
-           gn_view_render(s->view, app->scene, app->camera, &visibility, app->lights,
-                          app->light_count) == GN_OK &&
-           !gn_app_interrupted();
+    const gn_visibility_desc visibility =
+        gn_app_visibility_desc(app, s->method->pseudo ? &yardstick : s->method);
+    if (gn_view_create(app->device, &desc, &s->view) != GN_OK ||
+        gn_view_render(s->view, app->scene, app->camera, &visibility, app->lights,
+                       app->light_count) != GN_OK)
+        return false;
+    const gn_timings timings = gn_view_timings(s->view);
+    s->map_ms = timings.shadow_map + timings.filter;
+    return !gn_app_interrupted();
 }
 
 /* Times the visibility stage of both, in turns, on one G-buffer. A supersampled side is timed as
@@ -62,8 +64,11 @@ static bool time_sides(comparison *c)
                     RUNS);
         for (int k = 0; k < 2 && good; k++) {
             side *s = &c->sides[k];
-            if (s->samples == 1)
-                good = gn_app_visibility(app, g, s->method.method, planes, NULL, &s->ms[s->runs++]);
+            gn_app_cost cost;
+            if (s->samples > 1)
+                continue;
+            good = gn_app_visibility(app, g, s->method, planes, &cost);
+            s->ms[s->runs++] = cost.total;
         }
     }
     for (int k = 0; k < 2; k++) {
@@ -126,6 +131,8 @@ static bool write_picture(comparison *c, const char *path, uint32_t width, const
     gn_app *app = &c->app;
     gn_settings settings;
     gn_settings_fill(&settings, app, method, 1, app->options.time);
+    if (gn_app_has_map(&c->methods[0]) || gn_app_has_map(&c->methods[1]))
+        gn_settings_add_map(&settings, &app->map);
     if (gn_write_png(app->device, path, width, app->options.size[1], 3, pixels, settings.attributes,
                      settings.count) != GN_OK)
         return false;
@@ -148,8 +155,8 @@ static bool write_pictures(comparison *c, const char *output, uint8_t *const pic
             memcpy(pictures[3] + (3 * y + k) * row, pictures[k] + y * row, row);
     }
     char names[160], path[4096];
-    snprintf(names, sizeof names, "%s, %s, difference", c->sides[0].method.name,
-             c->sides[1].method.name);
+    snprintf(names, sizeof names, "%s, %s, difference", c->sides[0].method->name,
+             c->sides[1].method->name);
     const size_t length = strlen(output);
     if (length > 4 && strcmp(output + length - 4, ".png") == 0)
         return write_picture(c, output, 3 * width, pictures[3], names);
@@ -157,8 +164,8 @@ static bool write_pictures(comparison *c, const char *output, uint8_t *const pic
     const struct {
         const char *file, *method;
         uint32_t width;
-    } files[4] = {{"a", c->sides[0].method.name, width},
-                  {"b", c->sides[1].method.name, width},
+    } files[4] = {{"a", c->sides[0].method->name, width},
+                  {"b", c->sides[1].method->name, width},
                   {"difference", names, width},
                   {"side-by-side", names, 3 * width}};
     bool good = gn_app_make_folder(app, output);
@@ -203,9 +210,13 @@ static void print_table(const comparison *c)
     printf("\nvisibility, ms    median       min       max\n");
     for (int k = 0; k < 2; k++) {
         const gn_spread *s = &c->sides[k].spread;
-        printf("%-14s%10.2f%10.2f%10.2f\n", c->sides[k].method.name, s->median, s->min, s->max);
+        printf("%-14s%10.2f%10.2f%10.2f", c->sides[k].method->name, s->median, s->min, s->max);
+        if (gn_app_has_map(c->sides[k].method))
+            printf("   and %.2f to make its maps%s", c->sides[k].map_ms,
+                   c->app.options.map.no_reuse ? ", which is part of it" : ", once");
+        printf("\n");
     }
-    printf("%s takes %.3f times the time of %s\n", b->method.name, c->ratio, a->method.name);
+    printf("%s takes %.3f times the time of %s\n", b->method->name, c->ratio, a->method->name);
 }
 
 static bool print_json(comparison *c)
@@ -214,12 +225,13 @@ static bool print_json(comparison *c)
     for (int k = 0; k < 2; k++) {
         const side *s = &c->sides[k];
         cJSON *entry = cJSON_AddObjectToObject(json, k ? "b" : "a");
-        cJSON_AddStringToObject(entry, "name", s->method.name);
+        cJSON_AddStringToObject(entry, "name", s->method->name);
         cJSON_AddNumberToObject(entry, "spp", s->samples);
         cJSON_AddNumberToObject(entry, "ms_median", s->spread.median);
         cJSON_AddNumberToObject(entry, "ms_min", s->spread.min);
         cJSON_AddNumberToObject(entry, "ms_max", s->spread.max);
         cJSON_AddNumberToObject(entry, "runs", s->runs);
+        cJSON_AddNumberToObject(entry, "map_ms", s->map_ms);
     }
     cJSON_AddNumberToObject(json, "time_ratio", c->ratio);
     cJSON *list = cJSON_AddArrayToObject(json, "differences");
@@ -248,13 +260,13 @@ static bool print_json(comparison *c)
 static bool run(comparison *c, const gn_app_options *options, const char *scene, const char *output)
 {
     gn_app *app = &c->app;
-    bool good =
-        gn_app_open(app, "compare", options) && gn_app_load(app, scene) && gn_app_choose(app);
+    bool good = gn_app_open(app, "compare", options) && gn_app_use_methods(app, c->methods, 2) &&
+                gn_app_load(app, scene) && gn_app_choose(app);
     const uint32_t samples = c->sides[0].samples + c->sides[1].samples;
     double done = 0.1;
     for (int k = 0; k < 2 && good; k++) {
         const double share = 0.6 * c->sides[k].samples / samples;
-        gn_bar_step(&app->bar, done, share, "%s", c->sides[k].method.name);
+        gn_bar_step(&app->bar, done, share, "%s", c->sides[k].method->name);
         good = render_side(app, &c->sides[k]);
         done += share;
     }
@@ -271,12 +283,14 @@ int gn_app_compare(int argc, char **argv)
 {
     static const char *const words[] = {"SCENE", NULL};
     static const char *const notes[] = {
-        "METHOD: ray (the default), ray-mip0, ray-raw, ray-test, ray-saturate, ray-coverage, or",
-        "reference: ray-mip0 with 64 samples a pixel, camera jitter and all.",
+        "METHOD: a name in 'gnomon methods', or reference: ray-mip0 with 64 samples a pixel, "
+        "camera",
+        "jitter and all.",
         "OUT is a folder for a.png, b.png, difference.png and side-by-side.png, or a .png for the",
         "last of them. In the difference, orange is lighter in B and blue darker.",
         "Pixels that see no surface are left out. A pixel is wrong where visibility differs by",
-        "more than 0.5. Times: the visibility stage, 5 runs in turns, on one G-buffer.",
+        "more than 0.5. Times: the visibility stage, 5 runs in turns, on one G-buffer; maps are",
+        "kept from run to run unless --no-reuse is given.",
         NULL};
     const gn_usage usage = {
         "compare",
@@ -294,6 +308,7 @@ int gn_app_compare(int argc, char **argv)
         GN_TEXT("output", 'o', "OUT", &output, "a folder, or a .png"),
         GN_APP_SHOT_OPTIONS(common),
         GN_APP_TIME_OPTION(common),
+        GN_APP_MAP_OPTIONS(common),
         GN_APP_DEVICE_OPTIONS(common),
         GN_OPTIONS_END,
     };
@@ -304,15 +319,14 @@ int gn_app_compare(int argc, char **argv)
         return gn_usage_error("compare", "--%s METHOD is missing", a ? "b" : "a");
 
     comparison c = {.files = cJSON_CreateArray()};
-    gn_app_method found[GN_APP_MAX_METHODS];
     for (int k = 0; k < 2 && code == GN_GO_ON; k++) {
-        const uint32_t count = gn_app_parse_methods("compare", k ? b : a, pseudo_methods, found);
-        if (count == 0)
-            code = GN_EXIT_USAGE;
-        else if (count > 1)
+        const char *name = k ? b : a;
+        if (strchr(name, ','))
             code = gn_usage_error("compare", "--%c takes one method", k ? 'b' : 'a');
-        c.sides[k].method = found[0];
-        c.sides[k].samples = found[0].method ? 1 : REFERENCE_SAMPLES;
+        else if (!gn_app_parse_method("compare", name, pseudo_methods, &c.methods[k]))
+            code = GN_EXIT_USAGE;
+        c.sides[k].method = &c.methods[k];
+        c.sides[k].samples = c.methods[k].pseudo ? REFERENCE_SAMPLES : 1;
     }
     if (code == GN_GO_ON)
         code = run(&c, &common, scene, output) ? GN_EXIT_OK : gn_app_fail(&c.app);
@@ -320,6 +334,7 @@ int gn_app_compare(int argc, char **argv)
         gn_view_destroy(&c.sides[k].view);
     free(c.differences);
     cJSON_Delete(c.files);
+    gn_app_release_methods(c.methods, 2);
     gn_app_close(&c.app);
     return code;
 }

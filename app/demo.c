@@ -1,4 +1,4 @@
-/* gnomon demo: built-in scenes with every method, as pictures, a table and a page. */
+/* gnomon demo: built-in scenes with the methods side by side, as pictures, a table and a page. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,6 +9,8 @@
 #include "demo.h"
 #include "picture.h"
 
+/* ray-mip0 comes first: all others are compared with it. */
+#define METHODS           "ray-mip0,rays,sm,pcf9,evsm,nlmsm64"
 #define RUNS              3
 #define REFERENCE_SAMPLES 16
 #define FRAMES            12
@@ -24,9 +26,10 @@ enum { SCENE_COUNT = sizeof shown_scenes / sizeof *shown_scenes };
 
 /* What is known of one method on one scene. */
 typedef struct entry {
-    const gn_method *method;
+    gn_app_method *method;
     double ms[RUNS];
     gn_spread spread;
+    double map_ms; /* making its maps, once */
     uint64_t rays;
     gn_difference difference; /* from the reference, first light */
     double flicker, toggles;  /* sums over frames, weighted by pixels */
@@ -42,6 +45,7 @@ typedef struct show {
     size_t pixels;
     gn_view *view;
     float *planes; /* one a light */
+    gn_app_method methods[GN_APP_MAX_METHODS];
     entry entries[GN_APP_MAX_METHODS];
     uint32_t count;
     uint64_t flicker_pixels;
@@ -52,8 +56,8 @@ typedef struct show {
     gn_bar_step(&(s)->app.bar, (s)->before + (fraction) / (double)SCENE_COUNT,                     \
                 (share) / (double)SCENE_COUNT, __VA_ARGS__)
 
-static bool write_picture(show *s, const gn_view *view, const char *method, uint32_t samples,
-                          cJSON *methods)
+static bool write_picture(show *s, const gn_view *view, const char *method, bool has_map,
+                          uint32_t samples, cJSON *methods)
 {
     char file[128], path[4096];
     gn_settings settings;
@@ -61,6 +65,8 @@ static bool write_picture(show *s, const gn_view *view, const char *method, uint
     if (snprintf(path, sizeof path, "%s/%s", s->folder, file) >= (int)sizeof path)
         return gn_app_error(&s->app, "%s: the name is too long", s->folder);
     gn_settings_fill(&settings, &s->app, method, samples, 0);
+    if (has_map)
+        gn_settings_add_map(&settings, &s->app.map);
     if (!gn_write_shaded(&s->app, path, s->app.options.size[0], s->app.options.size[1],
                          gn_view_image(view), &settings))
         return false;
@@ -71,7 +77,7 @@ static bool write_picture(show *s, const gn_view *view, const char *method, uint
     return true;
 }
 
-static bool render(show *s, gn_view *view, const gn_method *method)
+static bool render(show *s, gn_view *view, const gn_app_method *method)
 {
     gn_app *app = &s->app;
     const gn_visibility_desc desc = gn_app_visibility_desc(app, method);
@@ -86,27 +92,30 @@ static bool take_pictures(show *s, cJSON *methods)
 {
     gn_app *app = &s->app;
     const gn_view_desc desc = gn_app_view_desc(app, REFERENCE_SAMPLES);
+    const gn_app_method yardstick = gn_app_yardstick();
     gn_view *reference = NULL;
     STEP(s, 0.05, 0.35, "%s: reference", s->shown->name);
-    bool good = gn_view_create(app->device, &desc, &reference) == GN_OK &&
-                render(s, reference, gn_method_find("ray-mip0"));
+    bool good =
+        gn_view_create(app->device, &desc, &reference) == GN_OK && render(s, reference, &yardstick);
     uint8_t *mask = malloc(s->pixels);
     if (good && !mask)
         good = gn_app_error(app, "out of memory");
     for (uint32_t i = 0; i < s->count && good; i++) {
         entry *e = &s->entries[i];
         STEP(s, 0.4 + 0.2 * i / s->count, 0, "%s: %s", s->shown->name, e->method->name);
-        good =
-            render(s, s->view, e->method) && write_picture(s, s->view, e->method->name, 1, methods);
+        good = render(s, s->view, e->method) &&
+               write_picture(s, s->view, e->method->name, gn_app_has_map(e->method), 1, methods);
         if (!good)
             break;
+        const gn_timings timings = gn_view_timings(s->view);
+        e->map_ms = timings.shadow_map + timings.filter;
         const gn_gbuffer *g = gn_view_gbuffer(s->view);
         for (size_t p = 0; p < s->pixels; p++)
             mask[p] = g->surface[p] != GN_NONE;
         e->difference = gn_measure_difference(gn_view_visibility(reference, 0),
                                               gn_view_visibility(s->view, 0), mask, s->pixels);
     }
-    good = good && write_picture(s, reference, "reference", REFERENCE_SAMPLES, methods);
+    good = good && write_picture(s, reference, "reference", false, REFERENCE_SAMPLES, methods);
     free(mask);
     gn_view_destroy(&reference);
     return good;
@@ -118,9 +127,11 @@ static bool take_times(show *s)
         STEP(s, 0.6 + 0.1 * run / RUNS, 0, "%s: timing", s->shown->name);
         for (uint32_t i = 0; i < s->count; i++) {
             entry *e = &s->entries[i];
-            if (!gn_app_visibility(&s->app, gn_view_gbuffer(s->view), e->method, s->planes,
-                                   &e->rays, &e->ms[run]))
+            gn_app_cost cost;
+            if (!gn_app_visibility(&s->app, gn_view_gbuffer(s->view), e->method, s->planes, &cost))
                 return false;
+            e->ms[run] = cost.total;
+            e->rays = cost.rays;
         }
     }
     for (uint32_t i = 0; i < s->count; i++)
@@ -146,8 +157,13 @@ static bool take_flicker(show *s)
     const uint32_t camera = find_moving_camera(app->scene);
     if (camera == GN_NONE)
         return true;
+    app->camera = camera;
     gn_view_reset_history(s->view);
+    for (uint32_t i = 0; i < s->count; i++)
+        if (s->methods[i].history)
+            gn_history_reset(s->methods[i].history);
     for (uint32_t f = 0; f < FRAMES; f++) {
+        app->frame = f;
         STEP(s, 0.7 + 0.3 * f / FRAMES, 0, "%s: flicker, frame %u of %d", s->shown->name, f + 1,
              FRAMES);
         if (!gn_app_set_time(app, f / FPS) ||
@@ -157,7 +173,7 @@ static bool take_flicker(show *s)
         for (uint32_t i = 0; i < s->count; i++) {
             entry *e = &s->entries[i];
             const gn_gbuffer *g = gn_view_gbuffer(s->view);
-            if (!gn_app_visibility(app, g, e->method, s->planes, NULL, NULL))
+            if (!gn_app_visibility(app, g, e->method, s->planes, NULL))
                 return false;
             const gn_flicker flicker = gn_measure_flicker(&e->state, g, s->planes);
             compared = flicker.pixels;
@@ -185,8 +201,10 @@ static void report_methods(const show *s, cJSON *methods)
         cJSON_AddNumberToObject(item, "ms_median", e->spread.median);
         cJSON_AddNumberToObject(item, "ms_min", e->spread.min);
         cJSON_AddNumberToObject(item, "ms_max", e->spread.max);
-        cJSON_AddNumberToObject(item, "rays_per_second",
-                                (double)e->rays / (e->spread.median * 1e-3));
+        if (gn_app_has_map(e->method))
+            cJSON_AddNumberToObject(item, "map_ms", e->map_ms);
+        add_ratio(item, "rays_per_second", (double)e->rays,
+                  e->rays > 0 ? e->spread.median * 1e-3 : 0);
         cJSON_AddNumberToObject(item, "mse", e->difference.mse);
         cJSON_AddNumberToObject(item, "wrong_pixels", e->difference.wrong);
         cJSON_AddNumberToObject(item, "mean_visibility", e->difference.mean_b);
@@ -206,11 +224,13 @@ static bool show_scene(show *s, cJSON *scenes, const gn_app_options *options)
     gn_app *app = &s->app;
     gn_app_options chosen = *options;
     chosen.camera = s->shown->camera;
-    /* ray-mip0 comes first in the table of methods: all others are compared with it. */
-    for (; gn_methods[s->count] && s->count < GN_APP_MAX_METHODS; s->count++)
-        s->entries[s->count].method = gn_methods[s->count];
+    s->count = gn_app_parse_methods("demo", METHODS, NULL, s->methods);
+    if (s->count == 0)
+        return gn_app_error(app, "the methods of the demonstration are not there");
+    for (uint32_t i = 0; i < s->count; i++)
+        s->entries[i].method = &s->methods[i];
     s->pixels = (size_t)options->size[0] * options->size[1];
-    if (!gn_app_open(app, "demo", &chosen))
+    if (!gn_app_open(app, "demo", &chosen) || !gn_app_use_methods(app, s->methods, s->count))
         return false;
     app->bar.start = s->start;
     STEP(s, 0.0, 0.05, "making %s", s->shown->name);
@@ -253,30 +273,42 @@ static double number(const cJSON *item, const char *key)
     return cJSON_IsNumber(value) ? value->valuedouble : -1;
 }
 
+static void print_known(double value, const char *format, int width)
+{
+    if (value < 0)
+        printf("%*s", width, "-");
+    else
+        printf(format, value);
+}
+
 static void print_table(const cJSON *results)
 {
     const cJSON *scene, *method;
     cJSON_ArrayForEach(scene, cJSON_GetObjectItem(results, "scenes"))
     {
-        printf("%s\n  %-14s%10s%12s%12s%12s%10s%10s\n",
-               cJSON_GetStringValue(cJSON_GetObjectItem(scene, "name")), "method", "ms", "Mrays/s",
-               "mse", "mean", "flicker", "toggles");
+        printf("%s\n  %-14s%10s%10s%12s%12s%12s%10s%10s\n",
+               cJSON_GetStringValue(cJSON_GetObjectItem(scene, "name")), "method", "ms", "maps, ms",
+               "Mrays/s", "mse", "mean", "flicker", "toggles");
         cJSON_ArrayForEach(method, cJSON_GetObjectItem(scene, "methods"))
         {
             const char *name = cJSON_GetStringValue(cJSON_GetObjectItem(method, "name"));
             if (!cJSON_GetObjectItem(method, "mse")) {
-                printf("  %-14s%10s%12s%12s%12.4f\n", name, "", "", "",
+                printf("  %-14s%10s%10s%12s%12s%12.4f\n", name, "", "", "", "",
                        number(method, "mean_visibility"));
                 continue;
             }
-            printf("  %-14s%10.1f%12.2f%12.5f%12.4f%10.3f%10.3f\n", name,
-                   number(method, "ms_median"), number(method, "rays_per_second") * 1e-6,
-                   number(method, "mse"), number(method, "mean_visibility"),
-                   number(method, "flicker_ratio"), number(method, "toggles_ratio"));
+            printf("  %-14s%10.1f", name, number(method, "ms_median"));
+            print_known(number(method, "map_ms"), "%10.1f", 10);
+            print_known(number(method, "rays_per_second") * 1e-6, "%12.2f", 12);
+            printf("%12.5f%12.4f%10.3f%10.3f\n", number(method, "mse"),
+                   number(method, "mean_visibility"), number(method, "flicker_ratio"),
+                   number(method, "toggles_ratio"));
         }
     }
-    printf("flicker and toggles are ratios to ray-mip0; mse is against %d samples a pixel\n",
-           REFERENCE_SAMPLES);
+    printf(
+        "flicker and toggles are ratios to ray-mip0; mse is against %d samples a pixel; maps are\n"
+        "made once, and kept\n",
+        REFERENCE_SAMPLES);
 }
 
 static void release(show *s)
@@ -285,6 +317,7 @@ static void release(show *s)
         gn_flicker_state_free(&s->entries[i].state);
     gn_view_destroy(&s->view);
     free(s->planes);
+    gn_app_release_methods(s->methods, s->count);
     gn_app_close(&s->app);
 }
 
@@ -343,7 +376,7 @@ int gn_app_demo(int argc, char **argv)
 {
     static const char *const words[] = {NULL};
     const gn_usage usage = {"demo",
-                            "built-in scenes with every method, as pictures and a page",
+                            "built-in scenes with the methods side by side, as pictures and a page",
                             "-o FOLDER [options]",
                             words,
                             NULL,

@@ -2,7 +2,7 @@
 #ifndef GN_APP_DEMO_H
 #define GN_APP_DEMO_H
 
-#include "app.h"
+#include "method.h"
 
 /* The page; the marks where data and images go are in it as comments. Made from demo.html. */
 extern const char gn_demo_page[];

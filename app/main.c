@@ -10,7 +10,10 @@ static const struct command {
     {"render", "pictures of a scene: PNG or OpenEXR, one frame or many", gn_app_render},
     {"compare", "two methods on one view: pictures, difference, numbers", gn_app_compare},
     {"bench", "time, steadiness and error of methods, as a table", gn_app_bench},
-    {"demo", "built-in scenes with every method, as pictures and a page", gn_app_demo},
+    {"demo", "built-in scenes with the methods side by side, as pictures and a page", gn_app_demo},
+    {"methods", "the ways of finding visibility, with their papers", gn_app_methods},
+    {"histogram", "how the offset of the fourth moment spreads over a map, as numbers and a plot",
+     gn_app_histogram},
     {"scene", "write a built-in scene as .glb", gn_app_scene},
     {"info", "what a scene has, and what of it gnomon leaves out", gn_app_info},
 };

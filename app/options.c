@@ -126,6 +126,18 @@ static bool parse_value(const gn_option *option, const char *text)
         return parse_real(text, &end, -360, 360, &sun->azimuth) && *end == ',' &&
                parse_real(end + 1, &end, -90, 90, &sun->elevation) && !*end;
     }
+    case GN_OPTION_REALS: {
+        gn_reals *reals = option->value;
+        for (reals->count = 0; reals->count < (uint32_t)option->max; end++) {
+            if (!parse_real(end, &end, -HUGE_VAL, HUGE_VAL, &reals->values[reals->count]))
+                return false;
+            if (++reals->count >= (uint32_t)option->min && !*end)
+                return true;
+            if (*end != ',')
+                return false;
+        }
+        return false;
+    }
     }
     return false;
 }
@@ -162,6 +174,13 @@ static void describe(const gn_option *option, char *text, size_t size)
         snprintf(text, size,
                  "AZIMUTH,ELEVATION in degrees, such as 140,35; the azimuth from -360 to 360, "
                  "the elevation from -90 to 90");
+        break;
+    case GN_OPTION_REALS:
+        if (option->min == option->max)
+            snprintf(text, size, "%s: %.0f numbers", option->argument, option->min);
+        else
+            snprintf(text, size, "%s: %.0f to %.0f numbers, separated by commas", option->argument,
+                     option->min, option->max);
         break;
     }
 }

@@ -13,7 +13,8 @@ typedef enum gn_option_kind {
     GN_OPTION_CHOICE, /* uint32_t: the number of a word in choices */
     GN_OPTION_SIZE,   /* uint32_t[2]: WxH, each in [min, max] */
     GN_OPTION_FRAMES, /* gn_frames: A:B */
-    GN_OPTION_SUN     /* gn_sun: AZIMUTH,ELEVATION in degrees */
+    GN_OPTION_SUN,    /* gn_sun: AZIMUTH,ELEVATION in degrees */
+    GN_OPTION_REALS   /* gn_reals: A,B,...: min to max of them */
 } gn_option_kind;
 
 typedef struct gn_frames {
@@ -25,6 +26,13 @@ typedef struct gn_sun {
     bool given;
     double azimuth, elevation; /* degrees */
 } gn_sun;
+
+#define GN_MAX_REALS 8
+
+typedef struct gn_reals {
+    uint32_t count; /* 0: not given */
+    double values[GN_MAX_REALS];
+} gn_reals;
 
 typedef struct gn_option {
     const char *name; /* without the dashes; NULL ends a table */
@@ -54,6 +62,9 @@ typedef struct gn_option {
     ((gn_option){name, letter, GN_OPTION_FRAMES, "A:B", help, value, 0, 0, NULL})
 #define GN_SUN(name, letter, value, help)                                                          \
     ((gn_option){name, letter, GN_OPTION_SUN, "AZIMUTH,ELEVATION", help, value, 0, 0, NULL})
+/* From `least` to `most` numbers, at most GN_MAX_REALS. */
+#define GN_REALS(name, letter, argument, value, least, most, help)                                 \
+    ((gn_option){name, letter, GN_OPTION_REALS, argument, help, value, least, most, NULL})
 #define GN_OPTIONS_END ((gn_option){0})
 
 /* One command as a person sees it. */

@@ -5,8 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const gn_aov_names[] = {"visibility", "depth",    "normal", "shading_normal", "albedo",
-                                    "motion",     "position", "lod",    "lookups",        NULL};
+const char *const gn_aov_names[] = {
+    "visibility", "depth",   "normal",  "shading_normal", "albedo", "motion", "position",
+    "lod",        "lookups", "cascade", "test",           "map",    "xi4",    NULL};
 
 bool gn_aov_parse(const char *command, const char *list, uint32_t *set)
 {
@@ -32,6 +33,40 @@ bool gn_aov_parse(const char *command, const char *list, uint32_t *set)
         if (!*start)
             return true;
     }
+}
+
+bool gn_aov_check(const char *command, uint32_t set, const gn_app_method *method)
+{
+    static const uint32_t of_rays = 1u << GN_AOV_LOD | 1u << GN_AOV_LOOKUPS,
+                          of_maps = 1u << GN_AOV_CASCADE | 1u << GN_AOV_TEST | 1u << GN_AOV_MAP;
+    const char *reason = "";
+    uint32_t wrong = 0;
+    if (method->method.trace == GN_TRACE_NONE && set & of_rays) {
+        wrong = set & of_rays;
+        reason = "traces no rays";
+    } else if (!gn_app_has_map(method) && set & of_maps) {
+        wrong = set & of_maps;
+        reason = "has no map";
+    } else if (method->method.map.kind != GN_MAP_NLMSM && set >> GN_AOV_XI4 & 1) {
+        wrong = 1u << GN_AOV_XI4;
+        reason = "does not store it; nlmsm does";
+    }
+    for (uint32_t aov = 0; aov < GN_AOV_COUNT; aov++)
+        if (wrong >> aov & 1) {
+            gn_usage_error(command, "--aov %s: %s %s", gn_aov_names[aov], method->name, reason);
+            return false;
+        }
+    return true;
+}
+
+void gn_settings_add_map(gn_settings *settings, const gn_map_desc *desc)
+{
+    snprintf(settings->map, sizeof settings->map,
+             "size=%u cascades=%u samples=%u alpha=%s filter=%u sigma=%g reading=%s%s",
+             desc->resolution, desc->cascades, desc->samples, gn_app_map_alpha_names[desc->alpha],
+             desc->filter_width, (double)desc->filter_sigma, gn_app_reading_names[desc->reading],
+             desc->mip_maps ? " mips" : "");
+    settings->attributes[settings->count++] = (gn_attribute){"map", settings->map};
 }
 
 void gn_settings_fill(gn_settings *settings, const gn_app *app, const char *method,
@@ -111,7 +146,20 @@ bool gn_write_shaded(gn_app *app, const char *path, uint32_t width, uint32_t hei
 #define LOOKUPS_RANGE 16.0f
 #define MOTION_RANGE  32.0f /* pixels to either side of grey */
 
-/* One AOV in a form made for looking; 3 bytes a pixel, or 1 for visibility and depth. */
+/* A colour a layer, darker in shadow; black where none was read. */
+static void paint_cascade(float layer, float visibility, uint8_t rgb[3])
+{
+    static const float colors[GN_MAX_CASCADES][3] = {
+        {0.90f, 0.30f, 0.25f}, {0.35f, 0.75f, 0.35f}, {0.30f, 0.50f, 0.95f}, {0.95f, 0.80f, 0.25f},
+        {0.70f, 0.40f, 0.85f}, {0.25f, 0.80f, 0.80f}, {0.95f, 0.55f, 0.20f}, {0.75f, 0.75f, 0.75f}};
+    for (int c = 0; c < 3; c++)
+        rgb[c] = layer < 0 ? 0
+                           : to_byte(colors[(uint32_t)layer % GN_MAX_CASCADES][c] *
+                                     (0.4f + 0.6f * visibility));
+}
+
+/* One AOV in a form made for looking; 3 bytes a pixel, or 1 for visibility, test
+ * and depth. */
 static void paint(const gn_frame *frame, gn_aov aov, uint32_t light, uint8_t *out)
 {
     const gn_gbuffer *g = gn_view_gbuffer(frame->view);
@@ -163,6 +211,14 @@ static void paint(const gn_frame *frame, gn_aov aov, uint32_t light, uint8_t *ou
         case GN_AOV_LOOKUPS:
             gn_heat_color(frame->lookups[light * pixels + i] / LOOKUPS_RANGE, rgb);
             break;
+        case GN_AOV_CASCADE:
+            paint_cascade(frame->cascade[light * pixels + i], visibility[i], rgb);
+            break;
+        case GN_AOV_TEST:
+            out[i] = to_byte(frame->test[light * pixels + i]);
+            break;
+        case GN_AOV_MAP:
+        case GN_AOV_XI4:
         case GN_AOV_COUNT:
             break;
         }
@@ -171,11 +227,15 @@ static void paint(const gn_frame *frame, gn_aov aov, uint32_t light, uint8_t *ou
 
 static bool depends_on_light(gn_aov aov)
 {
-    return aov == GN_AOV_VISIBILITY || aov == GN_AOV_LOD || aov == GN_AOV_LOOKUPS;
+    return aov == GN_AOV_VISIBILITY || aov >= GN_AOV_LOD;
 }
 
-/* ".visibility", or ".visibility.Sun" where there are several lights. */
-static void aov_suffix(const gn_app *app, gn_aov aov, uint32_t light, char *text, size_t size)
+static bool has_map_size(gn_aov aov)
+{
+    return aov == GN_AOV_MAP || aov == GN_AOV_XI4;
+}
+
+void gn_aov_suffix(const gn_app *app, gn_aov aov, uint32_t light, char *text, size_t size)
 {
     if (!depends_on_light(aov) || app->light_count == 1) {
         snprintf(text, size, ".%s", gn_aov_names[aov]);
@@ -204,11 +264,12 @@ static bool write_aov(const gn_frame *frame, gn_aov aov, uint32_t light, const c
 {
     const gn_gbuffer *g = gn_view_gbuffer(frame->view);
     char suffix[320], name[4096];
-    aov_suffix(frame->app, aov, light, suffix, sizeof suffix);
+    gn_aov_suffix(frame->app, aov, light, suffix, sizeof suffix);
     if (!gn_insert_suffix(frame->app, path, suffix, name, sizeof name))
         return false;
     paint(frame, aov, light, pixels);
-    const uint32_t channels = aov == GN_AOV_VISIBILITY || aov == GN_AOV_DEPTH ? 1 : 3;
+    const bool grey = aov == GN_AOV_VISIBILITY || aov == GN_AOV_DEPTH || aov == GN_AOV_TEST;
+    const uint32_t channels = grey ? 1 : 3;
     return gn_write_png(frame->app->device, name, g->width, g->height, channels, pixels,
                         frame->settings->attributes, frame->settings->count) == GN_OK &&
            add_file(files, name);
@@ -229,7 +290,9 @@ bool gn_frame_write_png(const gn_frame *frame, const char *path, cJSON *files)
     for (uint32_t aov = 0; aov < GN_AOV_COUNT && good; aov++) {
         const uint32_t count = depends_on_light((gn_aov)aov) ? app->light_count : 1;
         for (uint32_t light = 0; light < count && good && frame->aovs >> aov & 1; light++)
-            good = write_aov(frame, (gn_aov)aov, light, path, pixels, files);
+            good = has_map_size((gn_aov)aov)
+                       ? gn_frame_write_map(frame, (gn_aov)aov, light, path, files)
+                       : write_aov(frame, (gn_aov)aov, light, path, pixels, files);
     }
     free(pixels);
     return good;
@@ -287,6 +350,10 @@ static void collect_layers(const gn_frame *frame, const float *albedo, layer_lis
             add_light_plane(list, l, "lod", frame->lod + l * pixels);
         if (frame->lookups)
             add_light_plane(list, l, "lookups", frame->lookups + l * pixels);
+        if (frame->cascade)
+            add_light_plane(list, l, "cascade", frame->cascade + l * pixels);
+        if (frame->test)
+            add_light_plane(list, l, "test", frame->test + l * pixels);
     }
     if (aovs >> GN_AOV_DEPTH & 1)
         add_planes(list, "depth", "Z", (float *[3]){g->depth}, 1);
@@ -328,7 +395,7 @@ bool gn_frame_write_exr(const gn_frame *frame, const char *path, cJSON *files)
     gn_app *app = frame->app;
     const gn_gbuffer *g = gn_view_gbuffer(frame->view);
     const bool wants_albedo = frame->aovs >> GN_AOV_ALBEDO & 1;
-    const size_t most = 3 * (size_t)app->light_count + GN_AOV_COUNT + 1;
+    const size_t most = 5 * (size_t)app->light_count + GN_AOV_COUNT + 1;
     layer_list list = {calloc(most, sizeof(gn_layer)), calloc(most, 48), 0};
     float *albedo = wants_albedo ? linear_albedo(g) : NULL;
     bool good = (list.layers && list.names && (albedo || !wants_albedo)) ||
@@ -342,5 +409,8 @@ bool gn_frame_write_exr(const gn_frame *frame, const char *path, cJSON *files)
     free(list.layers);
     free(list.names);
     free(albedo);
+    for (uint32_t aov = GN_AOV_MAP; aov <= GN_AOV_XI4; aov++)
+        for (uint32_t l = 0; l < app->light_count && good && frame->aovs >> aov & 1; l++)
+            good = gn_frame_write_map(frame, (gn_aov)aov, l, path, files);
     return good;
 }

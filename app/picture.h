@@ -2,7 +2,7 @@
 #ifndef GN_APP_PICTURE_H
 #define GN_APP_PICTURE_H
 
-#include "app.h"
+#include "method.h"
 
 typedef enum gn_aov {
     GN_AOV_VISIBILITY,
@@ -14,6 +14,10 @@ typedef enum gn_aov {
     GN_AOV_POSITION,
     GN_AOV_LOD,
     GN_AOV_LOOKUPS,
+    GN_AOV_CASCADE, /* methods with a map, as the rest */
+    GN_AOV_TEST,
+    GN_AOV_MAP, /* of the map's size, as the next */
+    GN_AOV_XI4,
     GN_AOV_COUNT
 } gn_aov;
 
@@ -21,6 +25,8 @@ extern const char *const gn_aov_names[]; /* in the order of gn_aov, ending with 
 
 /* "visibility,depth" as a set of bits 1u << gn_aov. False after saying what is wrong. */
 bool gn_aov_parse(const char *command, const char *list, uint32_t *set);
+/* False after saying which of them a method does not have, and why. */
+bool gn_aov_check(const char *command, uint32_t set, const gn_app_method *method);
 
 #define GN_MAX_ATTRIBUTES 12
 
@@ -28,19 +34,23 @@ bool gn_aov_parse(const char *command, const char *list, uint32_t *set);
 typedef struct gn_settings {
     gn_attribute attributes[GN_MAX_ATTRIBUTES];
     uint32_t count;
-    char lights[1024], camera[32], text[GN_MAX_ATTRIBUTES][32];
+    char lights[1024], camera[32], text[GN_MAX_ATTRIBUTES][32], map[160];
 } gn_settings;
 
 void gn_settings_fill(gn_settings *settings, const gn_app *app, const char *method,
                       uint32_t samples, double time);
+/* Adds the settings of maps. */
+void gn_settings_add_map(gn_settings *settings, const gn_map_desc *desc);
 
 /* A rendered view, ready to be written. */
 typedef struct gn_frame {
     gn_app *app;
     const gn_view *view;
     const gn_settings *settings;
-    uint32_t aovs;        /* a set of bits */
-    float *lod, *lookups; /* a plane for each light; NULL unless in aovs */
+    const gn_app_method *method;
+    uint32_t aovs; /* a set of bits */
+    /* A plane for each light; NULL unless in aovs. */
+    float *lod, *lookups, *cascade, *test;
 } gn_frame;
 
 /* Linear RGB, 3 floats a pixel, as 8-bit sRGB. */
@@ -51,6 +61,13 @@ bool gn_write_shaded(gn_app *app, const char *path, uint32_t width, uint32_t hei
 bool gn_frame_write_png(const gn_frame *frame, const char *path, cJSON *files);
 /* Everything as layers of one file. */
 bool gn_frame_write_exr(const gn_frame *frame, const char *path, cJSON *files);
+
+/* The layers of a light's map, side by side in a .png, each a layer in an .exr; aov is GN_AOV_MAP
+ * or GN_AOV_XI4. The file's name is added to files. */
+bool gn_frame_write_map(const gn_frame *frame, gn_aov aov, uint32_t light, const char *path,
+                        cJSON *files);
+/* ".visibility", or ".visibility.Sun" where there are several lights. */
+void gn_aov_suffix(const gn_app *app, gn_aov aov, uint32_t light, char *text, size_t size);
 
 /* path with text before its extension: "a/b.png", ".depth" -> "a/b.depth.png". */
 bool gn_insert_suffix(gn_app *app, const char *path, const char *text, char *out, size_t size);

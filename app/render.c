@@ -9,13 +9,11 @@
 typedef struct render_options {
     gn_app_options common;
     const char *output, *method, *aov;
-    uint32_t alpha; /* in alpha_names; GN_NONE: not given */
+    gn_app_parts parts; /* in place of method */
     uint32_t samples;
     gn_frames frames;
     double fps;
 } render_options;
-
-static const char *const alpha_names[] = {"mip0", "raw", "test", "saturate", "coverage", NULL};
 
 static bool ends_with(const char *text, const char *end)
 {
@@ -62,23 +60,26 @@ static bool frame_path(gn_app *app, const char *pattern, uint32_t frame, char *o
            gn_app_error(app, "%s: the name is too long", pattern);
 }
 
-/* Traces once more for what only rays know. */
-static bool collect_ray_facts(gn_frame *frame, const gn_method *method)
+/* Finds visibility once more for what only rays and maps know. */
+static bool collect_facts(gn_frame *frame)
 {
     gn_app *app = frame->app;
     const gn_gbuffer *g = gn_view_gbuffer(frame->view);
     const size_t pixels = (size_t)g->width * g->height;
-    gn_visibility_desc desc = gn_app_visibility_desc(app, method);
+    gn_visibility_desc desc = gn_app_visibility_desc(app, frame->method);
     float *unused = malloc(pixels * sizeof *unused);
     if (!unused)
         return gn_app_error(app, "out of memory");
     bool good = true;
     for (uint32_t i = 0; i < app->light_count && good; i++) {
         gn_visibility_stats stats = {.lod = frame->lod ? frame->lod + i * pixels : NULL,
-                                     .lookups =
-                                         frame->lookups ? frame->lookups + i * pixels : NULL};
+                                     .lookups = frame->lookups ? frame->lookups + i * pixels : NULL,
+                                     .layer = frame->cascade ? frame->cascade + i * pixels : NULL};
         desc.light = app->lights[i];
-        good = gn_scene_visibility(app->scene, g, &desc, unused, &stats) == GN_OK;
+        /* Without rays the shadow test is all there is to visibility. */
+        good =
+            gn_scene_visibility(app->scene, g, &desc,
+                                frame->test ? frame->test + i * pixels : unused, &stats) == GN_OK;
     }
     free(unused);
     return good;
@@ -96,6 +97,10 @@ static void report_frame(cJSON *frames, uint32_t number, double time, const gn_a
     cJSON_AddNumberToObject(ms, "update", update);
     cJSON_AddNumberToObject(ms, "gbuffer", timings.gbuffer);
     cJSON_AddNumberToObject(ms, "visibility", timings.visibility);
+    cJSON_AddNumberToObject(ms, "shadow_map", timings.shadow_map);
+    cJSON_AddNumberToObject(ms, "filter", timings.filter);
+    cJSON_AddNumberToObject(ms, "test", timings.test);
+    cJSON_AddNumberToObject(ms, "trace", timings.trace);
     cJSON_AddNumberToObject(ms, "shade", timings.shade);
     cJSON_AddNumberToObject(ms, "write", write);
     cJSON *means = cJSON_AddArrayToObject(entry, "mean_visibility");
@@ -111,8 +116,8 @@ static void report_frame(cJSON *frames, uint32_t number, double time, const gn_a
 }
 
 /* Renders and writes one frame. */
-static bool render_frame(gn_app *app, const render_options *o, const gn_method *method,
-                         gn_view *view, gn_frame *frame, uint32_t number, cJSON *frames)
+static bool render_frame(gn_app *app, const render_options *o, gn_view *view, gn_frame *frame,
+                         uint32_t number, cJSON *frames)
 {
     const bool exr = ends_with(o->output, ".exr");
     const double time = o->frames.given ? number / o->fps : o->common.time;
@@ -120,11 +125,14 @@ static bool render_frame(gn_app *app, const render_options *o, const gn_method *
     if (o->frames.given && !gn_app_set_time(app, time))
         return false;
     const double update = gn_milliseconds() - start;
-    const gn_visibility_desc desc = gn_app_visibility_desc(app, method);
+    app->frame = number;
+    if (o->common.map.no_reuse && frame->method->history)
+        gn_history_reset(frame->method->history);
+    const gn_visibility_desc desc = gn_app_visibility_desc(app, frame->method);
     if (gn_view_render(view, app->scene, app->camera, &desc, app->lights, app->light_count) !=
         GN_OK)
         return false;
-    if ((frame->lod || frame->lookups) && !collect_ray_facts(frame, method))
+    if ((frame->lod || frame->lookups || frame->cascade || frame->test) && !collect_facts(frame))
         return false;
     if (gn_app_interrupted())
         return false;
@@ -134,7 +142,9 @@ static bool render_frame(gn_app *app, const render_options *o, const gn_method *
     if (o->frames.given && !frame_path(app, o->output, number, path, sizeof path))
         return false;
     gn_settings settings;
-    gn_settings_fill(&settings, app, method->name, o->samples, time);
+    gn_settings_fill(&settings, app, frame->method->name, o->samples, time);
+    if (gn_app_has_map(frame->method))
+        gn_settings_add_map(&settings, &app->map);
     frame->settings = &settings;
     cJSON *files = cJSON_CreateArray();
     start = gn_milliseconds();
@@ -150,20 +160,26 @@ static bool render_frame(gn_app *app, const render_options *o, const gn_method *
     return true;
 }
 
-static bool render_all(gn_app *app, const render_options *o, const gn_method *method, uint32_t aovs,
-                       cJSON *frames)
+static bool render_all(gn_app *app, const render_options *o, const gn_app_method *method,
+                       uint32_t aovs, cJSON *frames)
 {
     const size_t pixels = (size_t)app->options.size[0] * app->options.size[1];
     const size_t bytes = pixels * app->light_count * sizeof(float);
     const gn_view_desc desc = gn_app_view_desc(app, o->samples);
     gn_view *view = NULL;
-    gn_frame frame = {.app = app, .aovs = aovs};
+    gn_frame frame = {.app = app, .method = method, .aovs = aovs};
+    const struct {
+        gn_aov aov;
+        float **plane;
+    } facts[] = {{GN_AOV_LOD, &frame.lod},
+                 {GN_AOV_LOOKUPS, &frame.lookups},
+                 {GN_AOV_CASCADE, &frame.cascade},
+                 {GN_AOV_TEST, &frame.test}};
     bool good = gn_view_create(app->device, &desc, &view) == GN_OK;
     frame.view = view;
-    if (good && aovs >> GN_AOV_LOD & 1)
-        good = (frame.lod = malloc(bytes)) || gn_app_error(app, "out of memory");
-    if (good && aovs >> GN_AOV_LOOKUPS & 1)
-        good = (frame.lookups = malloc(bytes)) || gn_app_error(app, "out of memory");
+    for (size_t i = 0; i < sizeof facts / sizeof *facts && good; i++)
+        if (aovs >> facts[i].aov & 1)
+            good = (*facts[i].plane = malloc(bytes)) || gn_app_error(app, "out of memory");
 
     const uint32_t first = o->frames.given ? o->frames.first : 0;
     const uint32_t last = o->frames.given ? o->frames.last : 0;
@@ -171,12 +187,12 @@ static bool render_all(gn_app *app, const render_options *o, const gn_method *me
         const double share = 0.9 / (last - first + 1.0);
         gn_bar_step(&app->bar, 0.1 + share * (f - first), share,
                     o->frames.given ? "frame %u of %u to %u" : "rendering", f, first, last);
-        good = render_frame(app, o, method, view, &frame, f, frames);
+        good = render_frame(app, o, view, &frame, f, frames);
         if (!good && gn_app_interrupted() && f > first)
             gn_app_note(app, "frames %u to %u are finished", first, f - 1);
     }
-    free(frame.lod);
-    free(frame.lookups);
+    for (size_t i = 0; i < sizeof facts / sizeof *facts; i++)
+        free(*facts[i].plane);
     gn_view_destroy(&view);
     return good;
 }
@@ -190,17 +206,20 @@ static int check_options(render_options *o, gn_app_method *method, uint32_t *aov
     if (!exr && !ends_with(o->output, ".png"))
         return gn_usage_error("render", "--output: '%s' ends neither in .png nor in .exr",
                               o->output);
-    if (o->method && o->alpha != GN_NONE)
-        return gn_usage_error("render", "--method and --alpha exclude each other");
+    if (o->method && gn_app_parts_given(&o->parts))
+        return gn_usage_error("render", "--method and its parts (--map, --trace, --alpha and what "
+                                        "belongs to them) exclude each other");
     if (o->frames.given && o->common.time > 0)
         return gn_usage_error("render", "--time and --frames exclude each other");
-    char name[32] = "ray";
-    if (o->alpha != GN_NONE)
-        snprintf(name, sizeof name, "ray-%s", alpha_names[o->alpha]);
-    if (!gn_app_parse_methods("render", o->method ? o->method : name, NULL, method))
+    if (gn_app_parts_given(&o->parts)) {
+        const int code = gn_app_combine_parts("render", &o->parts, method);
+        if (code != GN_GO_ON)
+            return code;
+    } else if (!gn_app_parse_method("render", o->method ? o->method : "ray", NULL, method)) {
         return GN_EXIT_USAGE;
+    }
     *aovs = exr ? 1u << GN_AOV_VISIBILITY : 0;
-    if (o->aov && !gn_aov_parse("render", o->aov, aovs))
+    if (o->aov && (!gn_aov_parse("render", o->aov, aovs) || !gn_aov_check("render", *aovs, method)))
         return GN_EXIT_USAGE;
     return GN_GO_ON;
 }
@@ -212,9 +231,10 @@ static int parse(int argc, char **argv, render_options *o, const char **scene)
         "SCENE is a file, or a built-in scene: see 'gnomon scene --list'.",
         "Frame N is at time N / fps. Its number replaces #### or %04d in OUT, or else stands",
         "before the extension.",
-        "AOVs: visibility, depth, normal, shading_normal, albedo, motion, position, lod, lookups.",
-        "A .png gets each in a file of its own beside it, as colours; an .exr has them as layers",
-        "(visibility unless others are named).",
+        "AOVs: visibility, depth, normal, shading_normal, albedo, motion, position; of rays lod,",
+        "lookups; of maps cascade, test, map, xi4 (nlmsm). A .png gets each in a file of its own",
+        "beside it, as colours; an .exr has them as layers (visibility unless others are named),",
+        "and map and xi4, which have the map's size, in files beside it.",
         NULL};
     const gn_usage usage = {"render",
                             "pictures of a scene: PNG or OpenEXR, one frame or many",
@@ -227,9 +247,8 @@ static int parse(int argc, char **argv, render_options *o, const char **scene)
     const gn_option options[] = {
         GN_TEXT("output", 'o', "OUT", &o->output, "the file to write, .png or .exr"),
         GN_TEXT("method", 'm', "NAME", &o->method,
-                "ray (the default), ray-mip0, ray-raw, ray-test, ray-saturate, ray-coverage"),
-        GN_CHOICE("alpha", 0, "RULE", &o->alpha, alpha_names,
-                  "the same by alpha rule: mip0, raw, test, saturate, coverage"),
+                "how visibility is found, default ray; see 'gnomon methods'"),
+        GN_APP_PARTS_OPTIONS(o->parts),
         GN_APP_SHOT_OPTIONS(o->common),
         GN_APP_TIME_OPTION(o->common),
         GN_FRAMES("frames", 'f', &o->frames, "frames A to B, both included, of the animation"),
@@ -237,6 +256,7 @@ static int parse(int argc, char **argv, render_options *o, const char **scene)
         GN_TEXT("aov", 0, "LIST", &o->aov, "more outputs, separated by commas; see below"),
         GN_COUNT("spp", 0, "N", &o->samples, 1, 4096,
                  "samples a pixel, default 1; more: a supersampled reference"),
+        GN_APP_MAP_OPTIONS(o->common),
         GN_APP_DEVICE_OPTIONS(o->common),
         GN_OPTIONS_END,
     };
@@ -245,25 +265,28 @@ static int parse(int argc, char **argv, render_options *o, const char **scene)
 
 int gn_app_render(int argc, char **argv)
 {
-    render_options o = {
-        .common = gn_app_options_default(), .alpha = GN_NONE, .samples = 1, .fps = 30};
+    render_options o = {.common = gn_app_options_default(),
+                        .parts = gn_app_parts_default(),
+                        .samples = 1,
+                        .fps = 30};
     const char *scene;
-    gn_app_method methods[GN_APP_MAX_METHODS] = {0};
+    gn_app_method method = {0};
     uint32_t aovs = 0;
     int code = parse(argc, argv, &o, &scene);
     if (code == GN_GO_ON)
-        code = check_options(&o, methods, &aovs);
+        code = check_options(&o, &method, &aovs);
     if (code != GN_GO_ON)
         return code;
 
     gn_app app = {0};
     cJSON *frames = cJSON_CreateArray();
-    bool good = gn_app_open(&app, "render", &o.common) && gn_app_load(&app, scene) &&
-                gn_app_choose(&app) && render_all(&app, &o, methods[0].method, aovs, frames);
+    bool good = gn_app_open(&app, "render", &o.common) && gn_app_use_methods(&app, &method, 1) &&
+                gn_app_load(&app, scene) && gn_app_choose(&app) &&
+                render_all(&app, &o, &method, aovs, frames);
     gn_bar_clear(&app.bar);
     if (good && o.common.json) {
         cJSON *json = gn_app_json(&app);
-        cJSON_AddStringToObject(json, "method", methods[0].name);
+        cJSON_AddStringToObject(json, "method", method.name);
         cJSON_AddNumberToObject(json, "spp", o.samples);
         cJSON_AddItemToObject(json, "frames", frames);
         frames = NULL;
@@ -271,6 +294,7 @@ int gn_app_render(int argc, char **argv)
     }
     cJSON_Delete(frames);
     code = good ? GN_EXIT_OK : gn_app_fail(&app);
+    gn_app_release_methods(&method, 1);
     gn_app_close(&app);
     return code;
 }
