@@ -150,7 +150,9 @@ GN_FN real gn_hamburger_visibility(gn_moments biased, real receiver)
 
 /* Hausdorff's moment problem: the sharp upper bound over the distributions on [-1,1] with these
  * moments; never above Hamburger's. Where a root of Hamburger's lies outside, the support is
- * -1, z, f and 1, with f from E[(1 - x^2) (x - z) (x - f)] = 0. */
+ * -1, z, f and 1, with f from E[(1 - x^2) (x - z) (x - f)] = 0. More sensitive to rounding where
+ * depths are exactly -1 or 1: biased by alpha >= 1e-5, no less than P(stored >= receiver) - 1e-3.
+ */
 GN_FN real gn_hausdorff_visibility(gn_moments biased, real receiver)
 {
     real z = gn_clamp(2.0f * receiver - 1.0f, K(-1.0f), K(1.0f));

@@ -11,13 +11,18 @@
  * P(stored >= receiver).
  *
  * Minimum variance. Both moments are rounded, so their variance may come out too small, and a flat
- * surface would shadow itself. If each moment has the relative error e of its format (the absolute
- * error for fixed point), the variance is wrong by 3 e square at most; with a minimum variance of
- * that size, in units of the squared depth, the test stays a bound. It is *added* to the variance:
- * a floor under it (the papers' max) leaves the bound wherever the true variance is of the floor's
- * size. In the warped space of EVSM a depth that is off by s is off by |dw/dd| s = 2 c |w| s, so
- * minimum_variance is multiplied by (2 c w)^2 at the receiver. An unscaled one would be lost beside
- * w = e^40 and blur the near end, where w = e^-40. */
+ * surface would shadow itself. If the moments have the relative error e of their format and their
+ * sums, the variance is wrong by 3 e square at most (for fixed point: by 3 e with e absolute); a
+ * minimum variance of that size keeps the test a bound. It is *added* to the variance: a floor
+ * under it (the papers' max) loses the bound wherever the true variance is of the floor's size.
+ *
+ * In the warped space of EVSM a depth that is off by s is off by |dw/dd| s = 2 c |w| s, so
+ * minimum_variance, in squared depths, is multiplied by (2 c w)^2 at the receiver. Unscaled, it
+ * would be lost beside w = e^40, where surfaces then shadow themselves. With e as above it should
+ * be at least 3 e / (2 c)^2 for the smaller c:
+ *     VSM 64: 1e-6; VSM 32: 3e-5; EVSM 128 (c- = 5 or 5.5): 1e-8; one-sided (c = 40): 1e-10;
+ *     EVSM 64 in halves (5.5, 5.5; the squares get subnormal): 3e-5.
+ * Then no test gives less than P(stored >= receiver) - 1e-6; 32-bit VSM 1e-5, halves 3e-3. */
 #ifndef GNOMON_SHADOW_VARIANCE_H
 #define GNOMON_SHADOW_VARIANCE_H
 
