@@ -131,6 +131,7 @@ REAL(nonlinear_visibility, UNIT,
      gn_nonlinear_visibility(GN_MAKE_NONLINEAR(a, b, c), a *(1.0f - c) + b))
 REAL(nonlinear_visibility_any, ANY, gn_nonlinear_visibility(GN_MAKE_NONLINEAR(a, b, c), c))
 REAL(log2_polynomial, NOT_NEGATIVE, gn_log2_polynomial(a))
+REAL(exp2_polynomial, UNIT, gn_exp2_polynomial((a - b) * 126.0f))
 REAL(xi4_warp, UNIT, gn_xi4_warp(a *b * 1e-3f))
 REAL(xi4_warp_any, ANY, gn_xi4_warp(a))
 REAL(xi4_unwarp, UNIT, gn_xi4_unwarp(a))
