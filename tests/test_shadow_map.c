@@ -75,7 +75,7 @@ static yard make_yard(bool balls)
     desc.type = GN_LIGHT_SPOT;
     desc.outer_cone_angle = 0.6f;
     y.spot = add_light(y.scene, &desc, v3(-4, 6, 3), v3(1, 0, 1));
-    y.camera = add_camera(y.scene, v3(0, 1.7, 10), v3(0, 1, 0), 0.9, 0.1);
+    y.camera = add_camera(y.scene, v3(2, 1.7, 10), v3(2, 1, 0), 0.9, 0.1);
     y.camera_node = y.scene->node_count - 1;
     ok(gn_scene_commit(y.scene));
     return y;
@@ -556,6 +556,98 @@ static void test_xi4(void **state)
     gn_scene_destroy(&y.scene);
 }
 
+/* Reading ------------------------------------------------------------------------------------- */
+
+/* Visibility of a light by a map of some format, and the layer of each pixel. */
+static frame read_by(const yard *y, uint32_t light, const gn_map_format *format,
+                     const gn_map_desc *desc, float *layer)
+{
+    const gn_method method = {"test", "", "", *format, GN_TRACE_NONE, GN_ALPHA_RULE_MIP0};
+    gn_visibility_desc visibility = gn_visibility_desc_default();
+    visibility.method = &method;
+    visibility.map = *desc;
+    visibility.light = light;
+    visibility.camera = y->camera;
+    gn_visibility_stats stats = {.layer = layer};
+    frame f = render(y->scene, y->camera, light, 192, 108);
+    ok(gn_scene_visibility(y->scene, f.g, &visibility, (float *)f.visibility, &stats));
+    return f;
+}
+
+/* Inside an empty room everything is lit: edges of faces would show as dark lines across its walls,
+ * or as pixels that no face holds. Where two walls meet, filters darken what lies behind. */
+static void test_a_lamp_has_no_seams(void **state)
+{
+    (void)state;
+    static const gn_map_format pcf = {.kind = GN_MAP_PCF, .bits = 32, .pcf_width = 5};
+    const gn_map_format *formats[] = {&depth32, &pcf, &vsm64, &msm64, &nlmsm64};
+    float *layer = malloc(192 * 108 * sizeof *layer);
+    assert_non_null(layer);
+    uint32_t used = 0;
+    for (uint32_t n = 0; n < 6; n++) {
+        yard y = {.scene = new_scene()};
+        place(y.scene, add_box(y.scene, v3(-4, -3, -5), v3(4, 3, 5), GN_NONE), false);
+        y.lamp = add_lamp(y.scene, v3(0.3, 0.2, -0.5));
+        const double sign = n % 2 ? 1 : -1;
+        const vec ahead = v3(n / 2 == 0 ? sign : 0, n / 2 == 1 ? sign : 0, n / 2 == 2 ? sign : 0);
+        y.camera = add_camera(y.scene, v3(0, 0, 0), ahead, 1.8, 0.01);
+        ok(gn_scene_commit(y.scene));
+        gn_map_desc desc = small_desc();
+        for (uint32_t i = 0; i < 5; i++) {
+            frame f = read_by(&y, y.lamp, formats[i], &desc, layer);
+            for (size_t k = 0; k < f.pixels; k++) {
+                const vec p = position_at(f.g, k);
+                const int walls = (fabs(p.x) > 3.5) + (fabs(p.y) > 2.5) + (fabs(p.z) > 4.5);
+                if (walls != 1)
+                    continue;
+                if (layer[k] < 0 || !(f.visibility[k] > 0.98f))
+                    fail_msg("map kind %d, camera %u, pixel %zu, layer %g: visibility %g",
+                             (int)formats[i]->kind, n, k, (double)layer[k],
+                             (double)f.visibility[k]);
+                used |= 1u << (uint32_t)layer[k];
+            }
+            end(&f);
+        }
+        gn_scene_destroy(&y.scene);
+    }
+    assert_int_equal(used, 63);
+    free(layer);
+}
+
+/* Any pixel that the sun can reach is held by a level, near ones by finer levels. */
+static void test_cascades_hold_the_picture(void **state)
+{
+    (void)state;
+    yard y = make_yard(true);
+    float *layer = malloc(192 * 108 * sizeof *layer);
+    assert_non_null(layer);
+    static const vec eyes[] = {{3, 1.7, 9}, {0, 40, 1}, {29, 0.1, 29}, {90, 30, 70}};
+    const gn_map_desc desc = small_desc();
+    for (uint32_t n = 0; n < 4; n++) {
+        look(&y, eyes[n], v3(0, 1, 0));
+        ok(gn_scene_commit(y.scene));
+        frame truth = render(y.scene, y.camera, y.sun, 192, 108);
+        frame f = read_by(&y, y.sun, &depth32, &desc, layer);
+        picture(&f, (const char *[]){"cascades-0", "cascades-1", "cascades-2", "cascades-3"}[n]);
+        size_t lost = 0, wrong = 0, seen = 0;
+        for (size_t k = 0; k < f.pixels; k++) {
+            if (f.g->surface[k] == GN_NONE || !(dot(normal_at(f.g, k), v3(0.4, 1, 0.3)) > 1e-3))
+                continue;
+            seen++;
+            lost += layer[k] < 0;
+            wrong += fabsf(truth.visibility[k] - f.visibility[k]) > 0.5f;
+        }
+        print_message("view %u: %zu pixels in the sun, %zu held by no level, %zu wrong\n", n, seen,
+                      lost, wrong);
+        assert_int_equal(lost, 0);
+        few(wrong, seen, 0.05, "view %u: wrong", n);
+        end(&f);
+        end(&truth);
+    }
+    free(layer);
+    gn_scene_destroy(&y.scene);
+}
+
 /* Memory -------------------------------------------------------------------------------------- */
 
 static void test_memory_is_taken_where_it_is_needed(void **state)
@@ -652,6 +744,8 @@ int main(void)
                                        cmocka_unit_test(test_looking_away),
                                        cmocka_unit_test(test_empty_and_tiny_scenes),
                                        cmocka_unit_test(test_xi4),
+                                       cmocka_unit_test(test_a_lamp_has_no_seams),
+                                       cmocka_unit_test(test_cascades_hold_the_picture),
                                        cmocka_unit_test(test_memory_is_taken_where_it_is_needed),
                                        cmocka_unit_test(test_lack_of_memory)};
     return cmocka_run_group_tests_name("shadow_map", tests, open_device, close_device);
