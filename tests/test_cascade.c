@@ -375,6 +375,38 @@ static void test_far_is_1e5_times_near(void **state)
     assert_true(l.at[0].projection.far < 10 * l.at[0].projection.extent);
 }
 
+/* A scene a thousand times as large, in steps that floats hold exactly, has levels a thousand times
+ * as large, to the bit. */
+static void test_nothing_depends_on_the_unit(void **state)
+{
+    (void)state;
+    for (int exponent = -20; exponent <= 20; exponent += 10) {
+        const double s = ldexp(1, exponent);
+        float low[3], high[3];
+        for (int k = 0; k < 3; k++) {
+            low[k] = (float)(s * (double)city_min[k]);
+            high[k] = (float)(s * (double)city_max[k]);
+        }
+        const gn_camera one = camera_at(v3(8, 2, 4), v3(40, 1, -100), 1, 0.125);
+        gn_camera other = one;
+        other.desc.znear = (float)(0.125 * s);
+        for (int k = 0; k < 3; k++)
+            other.world[12 + k] = (float)(s * (double)one.world[12 + k]);
+        const gn_map_desc desc = desc_for(4);
+        const gn_cascades a = cascades_of(&one, city_min, city_max, v3(0.3, -1, 0.2), &desc);
+        const gn_cascades b = cascades_of(&other, low, high, v3(0.3, -1, 0.2), &desc);
+        assert_int_equal(a.count, b.count);
+        for (uint32_t i = 0; i < a.count; i++) {
+            const gn_map_projection p = gn_cascade_fit(&a, i).projection;
+            const gn_map_projection q = gn_cascade_fit(&b, i).projection;
+            if ((double)q.extent != s * (double)p.extent || (double)q.far != s * (double)p.far ||
+                (double)q.origin[0] != s * (double)p.origin[0])
+                fail_msg("times %g, level %u: %.9g m, expected %.9g", s, i, (double)q.extent,
+                         s * (double)p.extent);
+        }
+    }
+}
+
 static void test_small_scenes(void **state)
 {
     (void)state;
@@ -546,6 +578,7 @@ int main(void)
         cmocka_unit_test(test_turning_around_in_one_frame),
         cmocka_unit_test(test_levels_that_became_too_large_are_placed_anew),
         cmocka_unit_test(test_far_is_1e5_times_near),
+        cmocka_unit_test(test_nothing_depends_on_the_unit),
         cmocka_unit_test(test_small_scenes),
         cmocka_unit_test(test_nothing_in_view),
         cmocka_unit_test(test_faces_hold_every_direction),

@@ -523,6 +523,43 @@ static void test_empty_and_tiny_scenes(void **state)
     }
 }
 
+/* A triangle of any size is drawn, or refused in words; nothing overflows. */
+static void test_scenes_of_any_size(void **state)
+{
+    (void)state;
+    static const double sizes[] = {1e-35, 1e-20, 1e-6, 1e6, 1e15, 1e30, 3e37};
+    for (uint32_t n = 0; n < 7; n++) {
+        const float s = (float)sizes[n];
+        const gn_mesh_part part = {.vertex_count = 3,
+                                   .positions = (const float[]){0, 0, 0, s, 0, 0, 0, 2 * s, s},
+                                   .index_count = 3,
+                                   .indices = (const uint32_t[]){0, 1, 2},
+                                   .material = GN_NONE};
+        yard y = {.scene = new_scene()};
+        uint32_t mesh;
+        ok(gn_scene_add_mesh(y.scene, "triangle", &part, 1, &mesh));
+        place(y.scene, mesh, false);
+        gn_light_desc lamp = gn_light_desc_default();
+        lamp.type = GN_LIGHT_POINT;
+        const uint32_t lights[] = {
+            add_sun(y.scene, v3(0.1, 1, 0.4)),
+            add_light(y.scene, &lamp, v3(0, sizes[n], sizes[n] / 2), v3(0, 0, 0))};
+        y.camera = add_camera(y.scene, v3(0.3 * sizes[n], 0.5 * sizes[n], 3 * sizes[n]),
+                              v3(0.3 * sizes[n], 0.5 * sizes[n], 0), 0.8, 0.1 * sizes[n]);
+        ok(gn_scene_commit(y.scene));
+        for (uint32_t i = 0; i < 2; i++) {
+            const gn_map_desc desc = small_desc();
+            gn_shadow_map *map = make_map(&nlmsm64, &desc);
+            const gn_result result = gn_shadow_map_update(map, y.scene, lights[i], 0, 1, NULL);
+            if (result != GN_OK)
+                print_message("size %g, light %u: %s\n", sizes[n], i, gn_device_message(device));
+            assert_true(result == GN_OK || (result == GN_ERROR_UNSUPPORTED && sizes[n] > 1e18));
+            gn_shadow_map_destroy(&map);
+        }
+        gn_scene_destroy(&y.scene);
+    }
+}
+
 static void test_xi4(void **state)
 {
     (void)state;
@@ -743,6 +780,7 @@ int main(void)
                                        cmocka_unit_test(test_changes_that_need_a_new_map),
                                        cmocka_unit_test(test_looking_away),
                                        cmocka_unit_test(test_empty_and_tiny_scenes),
+                                       cmocka_unit_test(test_scenes_of_any_size),
                                        cmocka_unit_test(test_xi4),
                                        cmocka_unit_test(test_a_lamp_has_no_seams),
                                        cmocka_unit_test(test_cascades_hold_the_picture),
