@@ -14,6 +14,7 @@
 #include <gnomon/shadow/moments_nonlinear.h>
 
 #include "render/device.h"
+#include "three_pass.h"
 
 #define MSM64_BIAS 6e-5f
 #define FLOAT_BIAS 3e-7f
@@ -462,6 +463,30 @@ static void test_threads_and_instruction_sets(void **state)
         gn_device_destroy(&devices[i]);
 }
 
+/* Three passes through memory, the benchmark's baseline, make the same texels. */
+static void test_three_passes(void **state)
+{
+    (void)state;
+    gn_device *device = make_device(2, GN_ISA_AUTO);
+    gn_three_pass *pass = gn_three_pass_create(300, 4);
+    assert_non_null(device);
+    assert_non_null(pass);
+    static const uint32_t widths[] = {9, 1, 33};
+    for (size_t f = 0; f < FORMAT_COUNT; f++) {
+        gn_filter_job job = make_job(&formats[f], 300, f % 2 ? 4 : 1, f % 4 == 0, widths[f % 3]);
+        uint32_t *fused = filtered_copy(device, &job);
+        gn_three_pass_run(pass, &device->cpu, &job);
+        for (size_t w = 0; w < texel_bytes(&job) / 4; w++)
+            if (job.texels[w] != fused[w])
+                fail_msg("%s, width %u: word %zu is %08x in three passes, %08x fused",
+                         formats[f].name, job.width, w, job.texels[w], fused[w]);
+        free(fused);
+        free_job(&job);
+    }
+    gn_three_pass_destroy(pass);
+    gn_device_destroy(&device);
+}
+
 /* Mips --------------------------------------------------------------------------------------- */
 
 static void test_chain_texels(void **state)
@@ -562,8 +587,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_formats),      cmocka_unit_test(test_nothing_there),
         cmocka_unit_test(test_rectangles),   cmocka_unit_test(test_threads_and_instruction_sets),
-        cmocka_unit_test(test_chain_texels), cmocka_unit_test(test_mips),
-        cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_three_passes), cmocka_unit_test(test_chain_texels),
+        cmocka_unit_test(test_mips),         cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
