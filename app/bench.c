@@ -226,6 +226,9 @@ static uint32_t add_yardstick(gn_app_method methods[GN_APP_MAX_METHODS], uint32_
 
 int gn_app_bench(int argc, char **argv)
 {
+    for (int i = 1; i < argc; i++)
+        if (strcmp(argv[i], "--filter") == 0)
+            return gn_app_bench_filter(argc, argv);
     static const char *const names[] = {"SCENE", NULL};
     static const char *const pseudo[] = {BASELINE, NULL};
     static const char *const notes[] = {
@@ -235,6 +238,7 @@ int gn_app_bench(int argc, char **argv)
         "Methods are names in 'gnomon methods', names with * and ?, or all, rays, maps. With a map",
         "method ray-mip0 is run too, and its errors are against it. Maps are kept from frame to",
         "frame; a frame's time has what it took to bring them up to date, once.",
+        "'gnomon bench --filter' measures the filter of shadow maps alone; see its own --help.",
         NULL};
     const gn_usage usage = {
         "bench",

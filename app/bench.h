@@ -56,4 +56,7 @@ bool gn_bench_run(gn_app *app, const gn_bench_options *options, gn_app_method *m
 /* The row with that name, or NULL. */
 const gn_bench_row *gn_bench_find(const gn_bench_result *result, const char *name);
 
+/* gnomon bench --filter: the filter of shadow maps, without a scene (bench_filter.c). */
+int gn_app_bench_filter(int argc, char **argv);
+
 #endif
