@@ -3,6 +3,8 @@
 
 #include "cpu/map.h"
 
+#define LARGEST_NORMAL_BIAS 16.0f
+
 gn_map_desc gn_map_desc_default(void)
 {
     return (gn_map_desc){.cookie = GN_COOKIE,
@@ -167,7 +169,7 @@ gn_result gn_map_desc_check(gn_context *context, const gn_map_format *format,
                        kind_name(format->kind));
     GN_TRY(check_splits(context, desc));
     GN_TRY(check_bias(context, "a depth bias", desc->depth_bias, 0.1f));
-    GN_TRY(check_bias(context, "a normal bias", desc->normal_bias, 16.0f));
+    GN_TRY(check_bias(context, "a normal bias", desc->normal_bias, LARGEST_NORMAL_BIAS));
     GN_TRY(check_bias(context, "a minimum variance", desc->minimum_variance, 1.0f));
     return check_bias(context, "a moment bias", desc->moment_bias, 1.0f);
 }
@@ -217,9 +219,9 @@ static double normal_bias(const gn_map_format *format, const gn_map_desc *desc)
     double texels = desc->reading == GN_READING_NEAREST && !four     ? sqrt(0.5)
                     : desc->reading == GN_READING_BILINEAR && linear ? 0.0
                                                                      : sqrt(2.0);
-    /* Beyond that along an axis lie weights of 1 % in the window's corners. */
+    /* To the corners of the window, or two standard deviations: 2 % of the weights lie beyond. */
     if (format->kind == GN_MAP_PCF && !four)
-        texels += format->pcf_width / 2;
+        texels += fmin(sqrt(2.0) * (format->pcf_width / 2), 2.0 * (double)desc->filter_sigma);
     /* Chebyshev's and Markov's bounds light a receiver up to the mean depth, so that no filter
      * matters. That of four moments lights up to y1: for a plane one standard deviation before the
      * mean. Of two texels of plain depth it is half a texel at most. */
@@ -227,7 +229,7 @@ static double normal_bias(const gn_map_format *format, const gn_map_desc *desc)
         texels += format->single_depth
                       ? 0.5
                       : filter_deviation(desc->filter_width, (double)desc->filter_sigma);
-    return texels;
+    return fmin(texels, (double)LARGEST_NORMAL_BIAS);
 }
 
 /* Rounding of what tells a receiver from the first depth, in parts of the range. */
