@@ -278,6 +278,26 @@ static void test_no_acne(void **state)
         fail_msg("an unscaled minimum variance would do: %.9g", unscaled);
 }
 
+/* Cantelli's inequality in double, receivers right behind the mean included. */
+static void test_chebyshev(void **state)
+{
+    (void)state;
+    uint32_t seed = 5;
+    for (int i = 0; i < COUNT; i++) {
+        const float mean = (float)random_unit(&seed);
+        const float variance = (float)pow(10.0, -6.0 * random_unit(&seed));
+        const float distance = (float)(pow(10.0, -4.0 * random_unit(&seed)) - 1e-3);
+        const float square = mean * mean + variance, receiver = mean + distance;
+        const double v = (double)square - (double)mean * (double)mean + 1e-6;
+        const double d = (double)receiver - (double)mean;
+        const double expected = d > 0.0 ? v / (v + d * d) : 1.0;
+        const double value = (double)gn_chebyshev(mean, square, 1e-6f, receiver);
+        if (!(fabs(value - expected) <= 1e-6 + 0.25 * 1.2e-7 / v))
+            fail_msg("Chebyshev of %.9g, %.9g at %.9g is %.9g, expected %.9g", (double)mean,
+                     (double)square, (double)receiver, value, expected);
+    }
+}
+
 /* The largest exponents stay in their formats (leak tracing paper's 42 and 84, 5.5 for halves). */
 static void test_exponents(void **state)
 {
@@ -398,6 +418,7 @@ int main(void)
         cmocka_unit_test(test_smallest_moment_bias),
         cmocka_unit_test(test_ends),
         cmocka_unit_test(test_no_acne),
+        cmocka_unit_test(test_chebyshev),
         cmocka_unit_test(test_exponents),
         cmocka_unit_test(test_chebyshev_and_hamburger_are_sharp),
         cmocka_unit_test(test_markov_is_sharp),
