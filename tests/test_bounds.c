@@ -278,6 +278,31 @@ static void test_no_acne(void **state)
         fail_msg("an unscaled minimum variance would do: %.9g", unscaled);
 }
 
+/* The same for moments, with the paper's smallest bias as well. */
+static void test_no_acne_of_moments(void **state)
+{
+    (void)state;
+    for (int i = 0; i <= 4096; i++) {
+        distribution d = {.count = 9};
+        for (int k = 0; k < 9; k++) {
+            d.depth[k] = (float)i / 4096.0f;
+            d.weight[k] = (0.06 + 0.0125 * (double)k) / 0.99;
+        }
+        const float receiver = fminf(d.depth[0] + 2e-7f, 1.0f);
+        const gn_moments biased = gn_moments_bias_float(mean_moments(&d), 3e-7f);
+        const double hamburger = (double)gn_hamburger_visibility(biased, receiver);
+        const double nonlinear = (double)gn_nonlinear_visibility(gn_nonlinear_of(biased), receiver);
+        const double affine = (double)read_msm64(&d, receiver);
+        const double coarse = (double)read_nlmsm64(&d, receiver);
+        const double coarsest = (double)read_nlmsm32(&d, receiver);
+        if (!(hamburger > 0.999 && nonlinear > 0.999 && affine > 0.999 && coarse > 0.999 &&
+              coarsest > 0.999))
+            fail_msg("a surface at %.9g lights itself by %.9g (MSM 128), %.9g (non-linear), %.9g "
+                     "(MSM 64), %.9g (NLMSM 64), %.9g (NLMSM 32)",
+                     (double)d.depth[0], hamburger, nonlinear, affine, coarse, coarsest);
+    }
+}
+
 /* Cantelli's inequality in double, receivers right behind the mean included. */
 static void test_chebyshev(void **state)
 {
@@ -418,6 +443,7 @@ int main(void)
         cmocka_unit_test(test_smallest_moment_bias),
         cmocka_unit_test(test_ends),
         cmocka_unit_test(test_no_acne),
+        cmocka_unit_test(test_no_acne_of_moments),
         cmocka_unit_test(test_chebyshev),
         cmocka_unit_test(test_exponents),
         cmocka_unit_test(test_chebyshev_and_hamburger_are_sharp),
