@@ -21,26 +21,34 @@ static void print_cell(double value, const char *format, int width)
         printf(format, width, value);
 }
 
+/* Reading the map: nanoseconds a pixel of the picture, all lights. */
+static double ns_per_pixel(const gn_bench_row *row, double pixels)
+{
+    return row->test.spread.median * 1e6 / pixels;
+}
+
 /* What only methods with maps have. */
-static void print_maps(const gn_bench_result *result)
+static void print_maps(const gn_bench_result *result, double pixels)
 {
     bool any = false;
     for (uint32_t i = 0; i < result->count; i++)
         any = any || result->rows[i].map_layers > 0;
     if (!any)
         return;
-    printf("\n%-14s%9s%9s%9s%8s%8s%8s%9s%10s%10s\n", "maps, mean ms", "depth", "filter", "test",
-           "layers", "fits", "MB", "wrong %", "mean abs", "x mip0");
+    printf("\n%-14s%9s%9s%9s%8s%8s%8s%8s%9s%10s%8s\n", "maps, mean ms", "depth", "filter", "test",
+           "ns/px", "layers", "fits", "MB", "wrong %", "mean abs", "x mip0");
     for (uint32_t i = 0; i < result->count; i++) {
         const gn_bench_row *row = &result->rows[i];
         if (row->map_layers == 0)
             continue;
-        printf("%-14s%9.2f%9.2f%9.2f%8u%8.2f%8.0f%9.3f%10.5f%10.2f\n", row->name,
-               row->shadow_map.mean, row->filter.mean, row->test.mean, row->map_layers,
-               row->map_fits, (double)row->map_bytes * 1e-6, row->wrong * 100, row->mean_abs,
-               row->speedup.median);
+        printf("%-14s%9.2f%9.2f%9.2f%8.2f%8u%8.2f%8.0f%9.3f%10.5f%8.2f\n", row->name,
+               row->shadow_map.mean, row->filter.mean, row->test.mean, ns_per_pixel(row, pixels),
+               row->map_layers, row->map_fits, (double)row->map_bytes * 1e-6, row->wrong * 100,
+               row->mean_abs, row->speedup.median);
     }
-    printf("fits: layers placed anew, a frame. wrong and mean abs: against ray-mip0.\n");
+    printf("ns/px: of the test, median. fits: layers placed anew, a frame. wrong and mean abs: "
+           "against "
+           "ray-mip0.\n");
 }
 
 static void print_table(const gn_app *app, const gn_bench_options *o, const gn_bench_result *result)
@@ -84,7 +92,7 @@ static void print_table(const gn_app *app, const gn_bench_options *o, const gn_b
         }
         printf("\n");
     }
-    print_maps(result);
+    print_maps(result, (double)app->options.size[0] * app->options.size[1]);
     printf("\nflicker, toggles and mse are in 1/1000.");
     if (result->referenced)
         printf(" The reference has %u samples a pixel on %u frames, and a mean of %.4f.",
@@ -153,6 +161,7 @@ static void add_method(cJSON *methods, const gn_bench_result *result, const gn_b
             cJSON_AddNumberToObject(map, "layers", row->map_layers);
             cJSON_AddNumberToObject(map, "fits", row->map_fits);
             cJSON_AddNumberToObject(map, "bytes", (double)row->map_bytes);
+            cJSON_AddNumberToObject(map, "ns_per_pixel", ns_per_pixel(row, pixels));
         }
         /* Against tracing all; plain rays are that themselves. */
         cJSON_AddNumberToObject(json, "wrong_pixels", row->wrong);

@@ -213,7 +213,7 @@ static void print_rows(const gn_app *app, const filter_options *o, const filter_
 static cJSON *rows_json(const gn_app *app, const filter_options *o, const filter_row *rows)
 {
     cJSON *json = gn_app_json(app);
-    cJSON_AddNumberToObject(json, "resolution", o->resolution);
+    cJSON_AddNumberToObject(json, "map_size", o->resolution);
     cJSON_AddNumberToObject(json, "filter_width", WIDTH);
     cJSON_AddNumberToObject(json, "filter_sigma", 0.1 * round(10.0 * (double)SIGMA));
     cJSON_AddNumberToObject(json, "repeats", o->repeats);
@@ -249,14 +249,13 @@ int gn_app_bench_filter(int argc, char **argv)
         "--filter [options]",
         words,
         notes,
-        {"gnomon bench --filter", "gnomon bench --filter --resolution 1024 --json > filter.json"}};
+        {"gnomon bench --filter", "gnomon bench --filter --map-size 1024 --json > filter.json"}};
     gn_app_options common = gn_app_options_default();
     filter_options filter = {.resolution = 2048, .repeats = 9};
     bool chosen = false;
     const gn_option options[] = {
         GN_FLAG("filter", 0, &chosen, "measure the filter of shadow maps"),
-        GN_COUNT("resolution", 0, "N", &filter.resolution, 16, 16384,
-                 "texels a side, default 2048"),
+        GN_COUNT("map-size", 0, "N", &filter.resolution, 16, 16384, "texels a side, default 2048"),
         GN_COUNT("repeats", 'r', "N", &filter.repeats, 1, 1000, "turns of each, default 9"),
         GN_APP_DEVICE_OPTIONS(common), GN_OPTIONS_END};
     int code = gn_options_parse(&usage, options, argc, argv, NULL);

@@ -371,6 +371,7 @@ static void test_bench(void **state)
     const cJSON *map = member(sm, "map");
     assert_true(get_number(map, "layers") == 3);
     assert_true(get_number(map, "bytes") >= 3 * 64 * 64 * 4);
+    assert_true(get_number(map, "ns_per_pixel") > 0);
     /* The camera stands still: what the warm-up made is kept. */
     if (get_number(map, "fits") != 0)
         fail_msg("%g layers of a still view were placed anew", get_number(map, "fits"));
@@ -384,6 +385,34 @@ static void test_bench(void **state)
     cJSON_Delete(json);
     expect(0, "bench" SHOT SMALL "-m vsm --frames 1 --repeats 1");
     expect_text(out, "wrong and mean abs: against ray-mip0");
+}
+
+/* The filter alone, for every format with 1 and 4 samples. */
+static void test_bench_filter(void **state)
+{
+    (void)state;
+    expect(0, "bench --filter --map-size 64 --repeats 1 --quiet --json");
+    cJSON *json = parse_output();
+    assert_int_equal((int)get_number(json, "map_size"), 64);
+    const cJSON *list = member(json, "filter"), *row;
+    assert_int_equal(cJSON_GetArraySize(list) % 2, 0);
+    assert_true(cJSON_GetArraySize(list) >= 18);
+    unsigned samples = 0;
+    cJSON_ArrayForEach(row, list)
+    {
+        get_string(row, "format");
+        samples += (unsigned)get_number(row, "samples");
+        const double fused = get_number(row, "fused_ms"), passes = get_number(row, "three_pass_ms");
+        assert_true(fused > 0 && get_number(row, "memcpy_ms") > 0);
+        if (fabs(get_number(row, "ratio") * fused / passes - 1) > 1e-9)
+            fail_msg("a ratio of %g for %g and %g ms", get_number(row, "ratio"), passes, fused);
+    }
+    assert_int_equal(samples * 2, 5 * (unsigned)cJSON_GetArraySize(list));
+    cJSON_Delete(json);
+    expect(0, "bench --filter --map-size 64 --repeats 1 --quiet");
+    expect_text(out, "nlmsm64");
+    expect(2, "bench --filter --map-size 8");
+    expect(2, "bench --filter railing");
 }
 
 static void test_histogram(void **state)
@@ -434,6 +463,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_same_bytes, setup, teardown),
         cmocka_unit_test_setup_teardown(test_compare, setup, teardown),
         cmocka_unit_test_setup_teardown(test_bench, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_bench_filter, setup, teardown),
         cmocka_unit_test_setup_teardown(test_histogram, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
