@@ -259,7 +259,7 @@ static void test_parts(void **state)
         {"-m sm", "--map depth", true},
         {"-m msm128", "--map msm --map-bits 128 --bound hausdorff", false},
         {"-m vsm", "--map vsm --single-depth", false},
-        {"-m esm", "-m esm --esm 20", false},
+        {"-m esm --map-size 512", "-m esm --esm 20 --map-size 512", false},
         {"-m evsm128", "-m evsm128 --evsm 10,2", false},
         {"-m evsm128", "--map evsm --one-sided --evsm 40", false},
         {"-m vsm", "-m vsm --cascades 1", false},
