@@ -11,9 +11,9 @@ struct gn_three_pass {
     const gn_filter_job *job;
     gn_gaussian gaussian;
     uint32_t channels;
-    size_t stride;  /* floats from channel to channel: the columns, and both borders */
-    float *vectors; /* [row][channel][column], with borders */
-    float *across;  /* the same without */
+    size_t stride;  /* floats from channel to channel: the columns, and both margins */
+    float *vectors; /* [row][channel][column], the first column behind the margin */
+    float *across;  /* the same, but from the first column on */
 };
 
 gn_three_pass *gn_three_pass_create(uint32_t resolution, uint32_t channels)
@@ -21,7 +21,7 @@ gn_three_pass *gn_three_pass_create(uint32_t resolution, uint32_t channels)
     gn_three_pass *pass = calloc(1, sizeof *pass);
     if (!pass)
         return NULL;
-    pass->stride = ((size_t)resolution + 2 * GN_MAX_RADIUS + 15) / 16 * 16;
+    pass->stride = ((size_t)resolution + 2 * GN_ACROSS_MARGIN + 15) / 16 * 16;
     const size_t size = pass->stride * resolution * channels * sizeof(float);
     pass->vectors = aligned_alloc(64, size);
     pass->across = aligned_alloc(64, size);
@@ -60,13 +60,13 @@ static void resolve_band(uint32_t band, uint32_t thread, void *user)
     const uint32_t n = pass->job->resolution, radius = pass->gaussian.radius;
     (void)thread;
     for (uint32_t y = band * BAND; y < band_end(pass, band); y++) {
-        float *row = pass->vectors + y * row_size(pass);
-        pass->rows->read(pass->job, 0, y, n, row + radius, pass->stride);
+        float *row = pass->vectors + y * row_size(pass) + GN_ACROSS_MARGIN;
+        pass->rows->read(pass->job, 0, y, n, row, pass->stride);
         for (uint32_t c = 0; c < pass->channels; c++) {
             float *channel = row + c * pass->stride;
             for (uint32_t i = 0; i < radius; i++) {
-                channel[i] = channel[radius];
-                channel[radius + n + i] = channel[radius + n - 1];
+                *(channel - i - 1) = channel[0];
+                channel[n + i] = channel[n - 1];
             }
         }
     }
@@ -75,11 +75,10 @@ static void resolve_band(uint32_t band, uint32_t thread, void *user)
 static void across_band(uint32_t band, uint32_t thread, void *user)
 {
     const gn_three_pass *pass = user;
-    const uint32_t radius = pass->gaussian.radius;
     (void)thread;
     for (uint32_t y = band * BAND; y < band_end(pass, band); y++)
-        pass->rows->across(&pass->gaussian, pass->vectors + y * row_size(pass) + radius,
-                           (uint32_t)row_size(pass) - 2 * radius,
+        pass->rows->across(&pass->gaussian, pass->vectors + y * row_size(pass) + GN_ACROSS_MARGIN,
+                           (uint32_t)((pass->channels - 1) * pass->stride) + pass->job->resolution,
                            pass->across + y * row_size(pass));
 }
 

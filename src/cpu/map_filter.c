@@ -12,9 +12,11 @@
 #define BLOCK_COLUMNS 256u
 #define BLOCK_ROWS    128u
 
-/* Floats from one channel of a row to the next: room for both borders, and not a power of two, so
- * that rows do not fall on one another in the cache. */
-#define ROW_STRIDE (BLOCK_COLUMNS + 2 * GN_MAX_RADIUS + 16u)
+/* Floats before the first column of a channel, and from one channel of a row to the next: room for
+ * both borders and what gn_filter_rows.across reads beside them, and no power of two, so that rows
+ * do not fall on one another in the cache. */
+#define ROW_LEFT   GN_ACROSS_MARGIN
+#define ROW_STRIDE (ROW_LEFT + BLOCK_COLUMNS + GN_ACROSS_MARGIN)
 
 gn_texel_layout gn_map_layout(const gn_map_format *format)
 {
@@ -88,21 +90,19 @@ static void filter_row(const filter_run *run, uint32_t x0, uint32_t x1, uint32_t
                        float *out)
 {
     const gn_filter_job *job = run->job;
-    const uint32_t radius = run->gaussian.radius;
-    const uint32_t low = x0 - least(x0, radius), high = least(x1 + radius, job->resolution);
-    const uint32_t left = radius - (x0 - low), count = high - low;
-    const uint32_t right = left + count, end = x1 - x0 + 2 * radius;
-    run->rows->read(job, low, y, count, vectors + left, ROW_STRIDE);
+    const uint32_t radius = run->gaussian.radius, columns = x1 - x0;
+    const uint32_t left = least(x0, radius), right = least(job->resolution - x1, radius);
+    float *first = vectors + ROW_LEFT;
+    run->rows->read(job, x0 - left, y, left + columns + right, first - left, ROW_STRIDE);
     for (uint32_t c = 0; c < run->channels; c++) {
-        float *channel = vectors + c * ROW_STRIDE;
-        for (uint32_t i = 0; i < left; i++)
-            channel[i] = channel[left];
-        for (uint32_t i = right; i < end; i++)
-            channel[i] = channel[right - 1];
+        float *channel = first + c * ROW_STRIDE;
+        for (uint32_t i = left; i < radius; i++)
+            *(channel - i - 1) = *(channel - left);
+        for (uint32_t i = right; i < radius; i++)
+            channel[columns + i] = channel[columns + right - 1];
     }
     /* All channels in one go; what lies between them is filtered too, and not looked at. */
-    run->rows->across(&run->gaussian, vectors + radius, (run->channels - 1) * ROW_STRIDE + x1 - x0,
-                      out);
+    run->rows->across(&run->gaussian, first, (run->channels - 1) * ROW_STRIDE + columns, out);
 }
 
 static void filter_block(uint32_t index, uint32_t thread, void *user)

@@ -10,6 +10,9 @@
 #define GN_MAX_CHANNELS 4u
 #define GN_MAX_RADIUS   16u
 
+/* Floats that must be there, with any values, on both sides of a row that is filtered across. */
+#define GN_ACROSS_MARGIN 32u
+
 /* Texels by the layout of their words (map.h). */
 typedef enum gn_texel_layout {
     GN_TEXEL_VSM32,
@@ -44,7 +47,7 @@ typedef struct gn_filter_rows {
     /* Vectors of the texels [x, x + count) of row y, averaged over their samples. */
     void (*read)(const gn_filter_job *job, uint32_t x, uint32_t y, uint32_t count, float *vectors,
                  size_t stride);
-    /* out[i] from in[i - radius] .. in[i + radius]. */
+    /* out[i] from in[i - radius] .. in[i + radius]; GN_ACROSS_MARGIN. */
     void (*across)(const gn_gaussian *gaussian, const float *in, uint32_t count, float *out);
     /* out[i] from rows[0][i] .. rows[2 radius][i]. */
     void (*down)(const gn_gaussian *gaussian, const float *const *rows, uint32_t count, float *out);
