@@ -114,7 +114,7 @@ static gn_result fill_samplers(gn_accel *accel, const gn_scene *scene)
 {
     gn_context *context = accel->context;
     const size_t count = (size_t)scene->material_count + 1;
-    size_t bytes = 1;
+    size_t bytes = 4; /* loads of 4 bytes may begin at the last texel */
     for (uint32_t i = 0; i < scene->material_count; i++)
         if (scene->materials[i].alpha.levels > 0)
             bytes += GN_CHAINS * gn_chain_texels(scene->materials[i].alpha.width,

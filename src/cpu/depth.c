@@ -82,6 +82,7 @@ static bool project_box(const gn_depth_frame *frame, const gn_depth_draw *draw, 
         error[row] = size * 1e-6;
     }
     bool crosses = false;
+    int beside[4] = {0}; /* corners beyond each side of the pyramid */
     for (int corner = 0; corner < 8; corner++) {
         double q[3];
         for (int row = 0; row < 3; row++) {
@@ -92,6 +93,11 @@ static bool project_box(const gn_depth_frame *frame, const gn_depth_draw *draw, 
         }
         if (p->perspective) {
             crosses = crosses || q[2] - error[2] < (double)p->near;
+            for (int row = 0; row < 2; row++) {
+                const double side = (double)frame->centre * (q[2] + error[2]) + error[row];
+                beside[2 * row] += q[row] > side;
+                beside[2 * row + 1] += -q[row] > side;
+            }
             const double w = fmax(q[2], 1e-30);
             q[0] = q[0] / w + (double)frame->centre;
             q[1] = q[1] / w + (double)frame->centre;
@@ -104,6 +110,8 @@ static bool project_box(const gn_depth_frame *frame, const gn_depth_draw *draw, 
     *nearest = (float)low[2];
     if (p->perspective) {
         if (high[2] + error[2] < (double)p->near || low[2] - error[2] > (double)p->far)
+            return false;
+        if (beside[0] == 8 || beside[1] == 8 || beside[2] == 8 || beside[3] == 8)
             return false;
         for (int row = 0; row < 2; row++) {
             const double w = fmax(low[2], (double)p->near);
