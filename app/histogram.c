@@ -8,7 +8,6 @@
 
 #include <gnomon/shadow/moments_nonlinear.h>
 
-#include "cpu/map.h"
 #include "method.h"
 
 typedef struct histogram_options {
@@ -133,8 +132,7 @@ static bool run(gn_app *app, const histogram_options *o, const char *scene)
         h->sigma = o->sigmas.values[i];
         h->width = filter_width(h->sigma);
         const gn_map_desc desc = describe_map(app, h);
-        app->wrong_usage =
-            gn_map_desc_check(gn_device_context(app->device), &format, &desc) != GN_OK;
+        app->wrong_usage = !gn_app_accepts_map(app, &format, &desc);
         if (app->wrong_usage)
             return false;
     }

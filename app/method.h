@@ -66,6 +66,9 @@ int gn_app_combine_parts(const char *command, gn_app_parts *parts, gn_app_method
 /* The settings of maps by the options. */
 gn_map_desc gn_app_map_desc(const gn_app_map_options *options);
 
+/* Would the library make such a map? If not, it has said why. */
+bool gn_app_accepts_map(gn_app *app, const gn_map_format *format, const gn_map_desc *desc);
+
 /* Makes methods ready: app->map by the options, exponents, histories. After gn_app_open(). What the
  * library refuses is wrong usage. */
 bool gn_app_use_methods(gn_app *app, gn_app_method *methods, uint32_t count);

@@ -1,9 +1,6 @@
 /* Visibility by the options: settings of maps, histories, costs. */
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
-#include "cpu/map.h"
 #include "method.h"
 
 /* Settings ---------------------------------------------------------------------------------- */
@@ -94,10 +91,17 @@ static bool set_exponents(const gn_app_map_options *o, gn_map_format *format, bo
     return !format->one_sided || o->evsm.count == 1;
 }
 
+bool gn_app_accepts_map(gn_app *app, const gn_map_format *format, const gn_map_desc *desc)
+{
+    gn_shadow_map *map;
+    const bool accepted = gn_shadow_map_create(app->device, format, desc, &map) == GN_OK;
+    gn_shadow_map_destroy(&map);
+    return accepted;
+}
+
 bool gn_app_use_methods(gn_app *app, gn_app_method *methods, uint32_t count)
 {
     const gn_app_map_options *o = &app->options.map;
-    gn_context *context = gn_device_context(app->device);
     bool any = false, esm = false, evsm = false;
     app->map = gn_app_map_desc(o);
     app->wrong_usage = true; /* up to the last check */
@@ -108,7 +112,7 @@ bool gn_app_use_methods(gn_app *app, gn_app_method *methods, uint32_t count)
         any = true;
         if (!set_exponents(o, &m->method.map, &esm, &evsm))
             return gn_app_error(app, "--evsm: %s is one-sided, and has one exponent", m->name);
-        if (gn_map_desc_check(context, &m->method.map, &app->map) != GN_OK)
+        if (!gn_app_accepts_map(app, &m->method.map, &app->map))
             return false;
     }
     const char *option = any ? NULL : map_option(o);

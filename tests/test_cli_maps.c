@@ -58,6 +58,7 @@ static void test_wrong_usage(void **state)
     } cases[] = {
         {"--map-size 0", "range is 16 to 16384"},
         {"--map-size 65537", "range is 16 to 16384"},
+        {"--map-size 16 --filter-width 33", "at least"}, /* too small for its borders */
         {"--map-size -1", "'-1' is not a whole number"},
         {"--cascades 0", "range is 1 to 8"},
         {"--cascades 9", "range is 1 to 8"},
