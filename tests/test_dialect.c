@@ -87,6 +87,9 @@ static void check_exp2(float x)
     const double expected = exp2((double)x), error = fabs((double)gn_exp2(x) - expected);
     if (!(error < 2.5e-7 * expected))
         fail_msg("gn_exp2(%a) is %.9g, expected %.12g", (double)x, (double)gn_exp2(x), expected);
+    const float inside = gn_exp2_inside(x);
+    if (!(fabs((double)inside - expected) < 2e-7 * expected))
+        fail_msg("gn_exp2_inside(%a) is %.9g, expected %.12g", (double)x, (double)inside, expected);
 }
 
 static void test_exp2(void **state)
@@ -99,8 +102,10 @@ static void test_exp2(void **state)
     sweep(check_exp2, minus | EXPONENT(-30), minus | EXPONENT(-2), 101);
     sweep(check_exp2, minus | EXPONENT(-2), minus | to_bits(3.0f), 11);
     sweep(check_exp2, minus | to_bits(3.0f), minus | to_bits(126.0f), 41);
-    for (int e = -126; e <= 127; e++)
+    for (int e = -126; e <= 127; e++) {
         assert_same(gn_exp2((float)e), from_bits(EXPONENT(e)), "gn_exp2 of a whole number");
+        assert_same(gn_exp2_inside((float)e), from_bits(EXPONENT(e)), "gn_exp2_inside of one");
+    }
     assert_same(gn_exp2(0.0f), 1.0f, "gn_exp2(0)");
     assert_same(gn_exp2(-0.0f), 1.0f, "gn_exp2(-0)");
     assert_same(gn_exp2(1e-40f), 1.0f, "gn_exp2(denormal)");

@@ -57,17 +57,6 @@ static void test_log2_polynomial(void **state)
         fail_msg("log2 is wrong by %g", worst);
 }
 
-static void test_exp2_polynomial(void **state)
-{
-    (void)state;
-    for (int i = -126000; i <= 127000; i++) {
-        const float x = (float)i / 1000.0f;
-        const double exact = exp2((double)x), value = (double)gn_exp2_polynomial(x);
-        if (!(fabs(value - exact) < 2e-7 * exact))
-            fail_msg("2^%.9g is %.9g, expected %.9g", (double)x, value, exact);
-    }
-}
-
 static void test_warp(void **state)
 {
     (void)state;
@@ -261,7 +250,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_log2_polynomial),
-        cmocka_unit_test(test_exp2_polynomial),
+
         cmocka_unit_test(test_warp),
         cmocka_unit_test(test_unwarp),
         cmocka_unit_test(test_64_bits),

@@ -23,6 +23,5 @@ void main()
     gn_nonlinear coarse = gn_nonlinear_unpack32(gn_nonlinear_pack32(n));
     outputs[i] = vec4(gn_nonlinear_visibility(fine, inputs[i].y),
                       gn_nonlinear_visibility(coarse, inputs[i].y), gn_nonlinear_moments(n).b4,
-                      gn_xi4_unwarp(gn_xi4_warp(n.xi4)) + 
-                          gn_exp2_polynomial(gn_log2_polynomial(inputs[i].z)));
+                      gn_xi4_unwarp(gn_xi4_warp(n.xi4)) + gn_log2_polynomial(inputs[i].z));
 }

@@ -15,7 +15,7 @@
  * 9e-8, the same wherever a depth is used. depth: [0,1]; |c| <= 84. */
 GN_FN real gn_exponential_warp(real depth, real c)
 {
-    return gn_exp2((2.0f * depth - 1.0f) * (c * 1.44269504f));
+    return gn_exp2_inside((2.0f * depth - 1.0f) * (c * 1.44269504f));
 }
 
 /* What a texel holds; averages of it are filtered texels. c: (0, 84]. */
@@ -29,7 +29,7 @@ GN_FN real gn_esm_of(real depth, real c)
 GN_FN real gn_esm_visibility(real moment, real c, real receiver)
 {
     real d = gn_clamp(receiver, K(0.0f), K(1.0f));
-    return gn_clamp(moment * gn_exponential_warp(d, -c), K(0.0f), K(1.0f));
+    return gn_min(moment * gn_exponential_warp(d, -c), K(1.0f));
 }
 
 #include "dialect_end.h"

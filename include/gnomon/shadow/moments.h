@@ -119,9 +119,9 @@ GN_FN gn_moments_support gn_moments_support_of(gn_moments m, real z)
  * 4uc), whichever does not cancel; then s2 - s1 is (1 + nk) / n, or (1 + nk) / k. */
 GN_FN real gn_moments_support_visibility(gn_moments_support s)
 {
-    real a = gn_max(-s.u, K(0.0f));
-    real scale = 2.0f / gn_max(gn_abs(s.b) + gn_sqrt(s.b * s.b + 4.0f * a * s.c), K(1e-30f));
-    real n = a * scale;
+    real root = gn_sqrt(s.b * s.b - 4.0f * s.u * s.c);
+    real scale = 2.0f / (gn_abs(s.b) + root + 1e-30f);
+    real n = -s.u * scale;
     real k = s.c * scale;
     mask falling = s.b >= 0.0f;
     real top = gn_select(falling, s.variance * n + s.t, n * n * (s.variance + s.t * k));
@@ -131,21 +131,19 @@ GN_FN real gn_moments_support_visibility(gn_moments_support s)
     mask beyond = s.u >= 0.0f;
     top = gn_select(beyond, s.xi4, bottom - top);
     bottom = gn_select(beyond, s.xi4 * (1.0f + s.t * s.t * s.reciprocal) + s.u * s.u, bottom);
-    real share = gn_clamp(top / gn_max(bottom, K(1e-37f)), K(0.0f), K(1.0f));
+    real share = gn_clamp(top / (bottom + 1e-37f), K(0.0f), K(1.0f));
     return gn_select(gn_and(beyond, s.t < 0.0f), K(1.0f), share);
 }
 
 /* Hamburger's moment problem, Algorithm 1: the sharp upper bound over all distributions on the real
- * line with these moments. biased: by one of the functions above. Receivers beyond [0,1] are taken
- * to its ends.
+ * line with these moments. biased: by one of the functions above.
  * Against P(stored >= receiver): moments summed in single precision and biased by alpha >= 1e-6
  * give no less than that - 2 alpha; at the paper's 3e-7 two in ten thousand random distributions
  * fall short by more than 1e-3, since the rounding of the moments themselves is then as large as
  * the bias. 64-bit moments (alpha = 6e-5): no less than that - 1e-4. */
 GN_FN real gn_hamburger_visibility(gn_moments biased, real receiver)
 {
-    real z = gn_clamp(2.0f * receiver - 1.0f, K(-1.0f), K(1.0f));
-    return gn_moments_support_visibility(gn_moments_support_of(biased, z));
+    return gn_moments_support_visibility(gn_moments_support_of(biased, 2.0f * receiver - 1.0f));
 }
 
 /* Hausdorff's moment problem: the sharp upper bound over the distributions on [-1,1] with these

@@ -60,7 +60,7 @@ GN_FN gn_moments gn_nonlinear_moments(gn_nonlinear n)
 }
 
 /* Algorithm 3, the same bound with two divisions and a square root. Zero variance (y1 = y2, v2 = 0
- * or 1) is kept away by 1e-6, as in the paper. Receivers beyond [0,1] are taken to its ends.
+ * or 1) is kept away by 1e-6, as in the paper.
  *
  * With m = y2 - z, n = z - y1 and D = y2 - y1, a root y1 + D rho between the other two solves
  *     A rho^2 - B rho - a = 0,  A = v1 v2 D^3 m n,  B = A + xi4 (v1 n - v2 m),  a = xi4 v2 m,
@@ -71,7 +71,7 @@ GN_FN gn_moments gn_nonlinear_moments(gn_nonlinear n)
  *     w0 = 1 / (E[(x - z)^2] / sigma^2 + (m n)^2 / xi4). */
 GN_FN real gn_nonlinear_visibility(gn_nonlinear n, real receiver)
 {
-    real z = gn_clamp(2.0f * receiver - 1.0f, K(-1.0f), K(1.0f));
+    real z = 2.0f * receiver - 1.0f;
     real v2 = gn_clamp(n.v2, K(1e-6f), K(0.999999f));
     real v1 = 1.0f - v2;
     real width = gn_max(n.y2 - n.y1, K(1e-6f));
@@ -80,11 +80,11 @@ GN_FN real gn_nonlinear_visibility(gn_nonlinear n, real receiver)
     real variance = v1 * v2 * (width * width);
     real product = ahead * after;
 
-    real quadratic = gn_max(variance * width * product, K(0.0f));
-    real constant = gn_max(n.xi4 * v2 * ahead, K(0.0f));
+    real quadratic = variance * width * product;
+    real constant = n.xi4 * v2 * ahead;
     real linear = quadratic + n.xi4 * (v1 * after) - constant;
     real root = gn_sqrt(linear * linear + 4.0f * quadratic * constant);
-    real scale = 2.0f / gn_max(gn_abs(linear) + root, K(1e-30f));
+    real scale = 2.0f / (gn_abs(linear) + root + 1e-30f);
     real big = quadratic * scale;
     real small = constant * scale;
     real both = big * small;
@@ -101,7 +101,7 @@ GN_FN real gn_nonlinear_visibility(gn_nonlinear n, real receiver)
                        n.xi4 * (v2 * (ahead * ahead) + v1 * (after * after)) +
                            variance * (product * product),
                        bottom);
-    real share = gn_clamp(top / gn_max(bottom, K(1e-37f)), K(0.0f), K(1.0f));
+    real share = gn_clamp(top / (bottom + 1e-37f), K(0.0f), K(1.0f));
     return gn_select(after > 0.0f, share, K(1.0f));
 }
 
@@ -131,24 +131,10 @@ GN_FN real gn_xi4_warp(real xi4)
     return gn_clamp(gn_log2_polynomial(l) * 0.157820689f + 0.304069424f, K(0.0f), K(1.0f));
 }
 
-/* 2^x for x in [-126, 127], relative error < 2e-7: gn_exp2 without its clamp, and one power less,
- * best on [-1/2, 1/2]. */
-GN_FN real gn_exp2_polynomial(real x)
-{
-    real whole = gn_floor(x + 0.5f);
-    real f = x - whole;
-    real p = f * 1.3264726e-3f + 9.6715128e-3f;
-    p = p * f + 5.5507337e-2f;
-    p = p * f + 2.4022242e-1f;
-    p = p * f + 6.9314698e-1f;
-    p = p * f + 1.0f;
-    return gn_from_bits(gn_bits(p) + gn_to_int(whole) * 0x800000);
-}
-
 /* The inverse, for [0,1], relative error < 1e-5. */
 GN_FN real gn_xi4_unwarp(real warped)
 {
-    return 1e-7f * gn_exp2_polynomial(gn_exp2_polynomial(warped * 6.33630488f - 1.92667657f));
+    return 1e-7f * gn_exp2_inside(gn_exp2_inside(warped * 6.33630488f - 1.92667657f));
 }
 
 /* 64 bits: four unsigned normalized numbers of 16 bits, y1 and y2 in low, v2 and Psi4(xi4) in high.

@@ -41,9 +41,8 @@ GN_STRUCT(gn_variance)
  * minimum_variance: >= 0; in the units of square, which may be those of a warped space. */
 GN_FN real gn_chebyshev(real mean, real square, real minimum_variance, real receiver)
 {
-    /* 1.2e-38: the smallest normal float, so that the quotient is a number. */
-    real variance =
-        gn_max(square - mean * mean, K(0.0f)) + gn_max(minimum_variance, K(1.17549435e-38f));
+    /* 1.2e-38, the smallest normal float: the quotient is a number. */
+    real variance = gn_max(square - mean * mean, K(0.0f)) + (minimum_variance + 1.17549435e-38f);
     real distance = receiver - mean;
     real bound = variance / (variance + distance * distance);
     return gn_select(distance > 0.0f, bound, K(1.0f));
