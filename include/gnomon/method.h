@@ -50,7 +50,7 @@ typedef struct gn_map_format {
                                 128; NLMSM: 32 or 64 */
     bool single_depth;       /* VSM, ESM, EVSM, MSM: keep plain depth (32 bits a texel, whatever
                                 bits says) and build the vector from the 2x2 texels that are read
-                                (leak tracing paper, section 3.5); no filter */
+                                (leak tracing paper, section 3.2); no filter */
     bool one_sided;          /* EVSM: the positive exponential alone */
     float positive_exponent; /* EVSM: c+, ESM: c. (0, 42] for EVSM in floats, (0, 5.54] in 16-bit
                                 floats, (0, 84] for ESM */
