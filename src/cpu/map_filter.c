@@ -8,15 +8,10 @@
 
 #include "cpu/cpu.h"
 
-/* Texels of a block. Columns: the rows that are kept (36 KiB at 9 x 4 channels) stay in L1. */
-#define BLOCK_COLUMNS 256u
-#define BLOCK_ROWS    128u
-
-/* Floats before the first column of a channel, and from one channel of a row to the next: room for
- * both borders and what gn_filter_rows.across reads beside them, and no power of two, so that rows
- * do not fall on one another in the cache. */
-#define ROW_LEFT   GN_ACROSS_MARGIN
-#define ROW_STRIDE (ROW_LEFT + BLOCK_COLUMNS + GN_ACROSS_MARGIN)
+/* Rows of a block, and floats of one of its rows in all channels: the nine rows that are kept at
+ * the usual width (36 KiB and their margins) stay in the first cache. */
+#define BLOCK_ROWS   128u
+#define BLOCK_FLOATS 1024u
 
 gn_texel_layout gn_map_layout(const gn_map_format *format)
 {
@@ -75,8 +70,10 @@ typedef struct filter_run {
     const gn_filter_rows *rows;
     const gn_filter_job *job;
     gn_gaussian gaussian;
-    uint32_t channels, first_column, across; /* blocks */
-    size_t scratch_size;                     /* floats a thread */
+    uint32_t channels, columns;    /* columns of a block */
+    uint32_t first_column, across; /* where the first block starts; blocks side by side */
+    uint32_t stride;     /* floats from channel to channel: the columns, a margin on both sides */
+    size_t scratch_size; /* floats a thread */
     float *scratch;
 } filter_run;
 
@@ -92,17 +89,17 @@ static void filter_row(const filter_run *run, uint32_t x0, uint32_t x1, uint32_t
     const gn_filter_job *job = run->job;
     const uint32_t radius = run->gaussian.radius, columns = x1 - x0;
     const uint32_t left = least(x0, radius), right = least(job->resolution - x1, radius);
-    float *first = vectors + ROW_LEFT;
-    run->rows->read(job, x0 - left, y, left + columns + right, first - left, ROW_STRIDE);
+    float *first = vectors + GN_ACROSS_MARGIN;
+    run->rows->read(job, x0 - left, y, left + columns + right, first - left, run->stride);
     for (uint32_t c = 0; c < run->channels; c++) {
-        float *channel = first + c * ROW_STRIDE;
+        float *channel = first + c * run->stride;
         for (uint32_t i = left; i < radius; i++)
             *(channel - i - 1) = *(channel - left);
         for (uint32_t i = right; i < radius; i++)
             channel[columns + i] = channel[columns + right - 1];
     }
     /* All channels in one go; what lies between them is filtered too, and not looked at. */
-    run->rows->across(&run->gaussian, first, (run->channels - 1) * ROW_STRIDE + columns, out);
+    run->rows->across(&run->gaussian, first, (run->channels - 1) * run->stride + columns, out);
 }
 
 static void filter_block(uint32_t index, uint32_t thread, void *user)
@@ -110,29 +107,31 @@ static void filter_block(uint32_t index, uint32_t thread, void *user)
     const filter_run *run = user;
     const gn_filter_job *job = run->job;
     const gn_rect *rect = &job->rect;
-    const uint32_t radius = run->gaussian.radius, width = 2 * radius + 1,
-                   last = job->resolution - 1;
-    const uint32_t column = run->first_column + index % run->across * BLOCK_COLUMNS;
+    const uint32_t radius = run->gaussian.radius, width = 2 * radius + 1;
+    const uint32_t last = job->resolution - 1;
+    const uint32_t column = run->first_column + index % run->across * run->columns;
     const uint32_t x0 = column > rect->x0 ? column : rect->x0;
-    const uint32_t x1 = least(column + BLOCK_COLUMNS, rect->x1);
+    const uint32_t x1 = least(column + run->columns, rect->x1);
     const uint32_t y0 = rect->y0 + index / run->across * BLOCK_ROWS;
     const uint32_t y1 = least(y0 + BLOCK_ROWS, rect->y1);
-    const size_t row_size = (size_t)run->channels * ROW_STRIDE;
+    const size_t row_size = (size_t)run->channels * run->stride;
+    const size_t words = gn_map_words(&job->format);
     float *vectors = run->scratch + thread * run->scratch_size, *filtered = vectors + row_size,
           *kept = filtered + row_size;
-    const size_t words = gn_map_words(&job->format);
 
+    /* Where the rows y0 - radius, ... of the map lie, those beyond its border clamped. */
+    const float *rows[BLOCK_ROWS + 2 * GN_MAX_RADIUS];
+    for (uint32_t i = 0; i < y1 - y0 + 2 * radius; i++) {
+        const uint32_t row = least(y0 + i - least(y0 + i, radius), last);
+        rows[i] = kept + row % width * row_size;
+    }
     uint32_t next = y0 - least(y0, radius);
     for (uint32_t y = y0; y < y1; y++) {
         for (; next <= least(y + radius, last); next++)
             filter_row(run, x0, x1, next, vectors, kept + next % width * row_size);
-        const float *rows[2 * GN_MAX_RADIUS + 1];
-        for (uint32_t k = 0; k < width; k++) {
-            const uint32_t row = least(y + k - least(y + k, radius), last);
-            rows[k] = kept + row % width * row_size;
-        }
-        run->rows->down(&run->gaussian, rows, (run->channels - 1) * ROW_STRIDE + x1 - x0, filtered);
-        run->rows->encode(&job->format, job->moment_bias, filtered, ROW_STRIDE, x1 - x0,
+        run->rows->down(&run->gaussian, rows + (y - y0),
+                        (run->channels - 1) * run->stride + x1 - x0, filtered);
+        run->rows->encode(&job->format, job->moment_bias, filtered, run->stride, x1 - x0,
                           job->texels + ((size_t)y * job->resolution + x0) * words);
     }
 }
@@ -146,10 +145,12 @@ gn_result gn_cpu_filter(const gn_cpu *cpu, const gn_filter_job *job)
                       .job = job,
                       .gaussian = gn_gaussian_make(job->width, job->sigma),
                       .channels = gn_map_channels(&job->format)};
-    run.first_column = rect->x0 / BLOCK_COLUMNS * BLOCK_COLUMNS;
-    run.across = (rect->x1 - run.first_column + BLOCK_COLUMNS - 1) / BLOCK_COLUMNS;
+    run.columns = BLOCK_FLOATS / run.channels;
+    run.stride = run.columns + 2 * GN_ACROSS_MARGIN;
+    run.first_column = rect->x0 / run.columns * run.columns;
+    run.across = (rect->x1 - run.first_column + run.columns - 1) / run.columns;
     const uint32_t down = (rect->y1 - rect->y0 + BLOCK_ROWS - 1) / BLOCK_ROWS;
-    run.scratch_size = (size_t)(job->width + 2) * run.channels * ROW_STRIDE;
+    run.scratch_size = (size_t)(job->width + 2) * run.channels * run.stride;
     run.scratch =
         gn_alloc_zero(cpu->context, cpu->context->threads, run.scratch_size * sizeof(float));
     if (!run.scratch)
