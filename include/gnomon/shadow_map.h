@@ -45,7 +45,7 @@ typedef struct gn_map_desc {
     float distance;         /* directional lights: metres from the camera up to which the cascades
                                reach, >= 0, default 0: to the end of what is seen of the scene */
     float split_weight;     /* [0, 1], default 0.85: cascades split evenly (0) to logarithmically
-                               (1) */
+                               (1); evenly for orthographic cameras */
     uint32_t split_count;   /* 0 (default): by split_weight; else == cascades */
     float splits[8];        /* far end of each cascade as a share of distance, (0, 1], increasing,
                                the last 1 */
@@ -85,9 +85,10 @@ typedef struct gn_map_update {
 } gn_map_update;
 
 /* Brings the map up to date with a committed scene, one of its lights, and a camera whose picture
- * has the given aspect (width / height). Layers that still hold what the camera sees are kept;
- * static casters are drawn only into layers that were placed anew, moving ones every time.
- * update may be NULL. After an error the map is empty until an update succeeds. */
+ * has the given aspect (width / height); camera and aspect matter to directional lights alone.
+ * Layers that still hold what the camera sees are kept; static casters are drawn only into layers
+ * that were placed anew, moving ones whenever something moved. update may be NULL. After an error
+ * the map is empty until an update succeeds. */
 GN_API gn_result gn_shadow_map_update(gn_shadow_map *map, const gn_scene *scene, uint32_t light,
                                       uint32_t camera, float aspect, gn_map_update *update);
 
@@ -110,6 +111,7 @@ typedef struct gn_map_layer_info {
 } gn_map_layer_info;
 
 GN_API uint32_t gn_shadow_map_layer_count(const gn_shadow_map *map);
+/* layer < gn_shadow_map_layer_count(), else all zero. */
 GN_API gn_map_layer_info gn_shadow_map_layer(const gn_shadow_map *map, uint32_t layer);
 /* Bytes of texels and depths, all layers. */
 GN_API size_t gn_shadow_map_bytes(const gn_shadow_map *map);

@@ -337,7 +337,9 @@ static gn_result check(const gn_shadow_map *map, const gn_scene *scene, uint32_t
     if (light >= scene->light_count)
         return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
                        "light %u does not exist: the scene has %u", light, scene->light_count);
-    if (scene->lights[light].desc.type == GN_LIGHT_DIRECTIONAL && camera >= scene->camera_count)
+    if (scene->lights[light].desc.type != GN_LIGHT_DIRECTIONAL)
+        return GN_OK;
+    if (camera >= scene->camera_count)
         return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
                        "camera %u does not exist: the scene has %u", camera, scene->camera_count);
     if (!(aspect > 0.0f && isfinite(aspect)))
