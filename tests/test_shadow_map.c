@@ -249,6 +249,9 @@ static void test_bad_calls_are_refused(void **state)
     for (uint32_t i = 0; i < 4; i++)
         assert_int_equal(gn_shadow_map_update(map, y.scene, y.sun, 0, aspects[i], NULL),
                          GN_ERROR_INVALID_ARGUMENT);
+    /* A lamp needs no camera. */
+    ok(gn_shadow_map_update(map, y.scene, y.lamp, 99, NAN, NULL));
+    assert_int_equal(gn_shadow_map_layer_count(map), 6);
     gn_device *other;
     ok(gn_device_create(NULL, &other));
     gn_shadow_map *foreign;
@@ -257,7 +260,7 @@ static void test_bad_calls_are_refused(void **state)
                      GN_ERROR_INVALID_ARGUMENT);
     gn_shadow_map_destroy(&foreign);
     gn_device_destroy(&other);
-    const gn_map_layer_info none = gn_shadow_map_layer(map, 0);
+    const gn_map_layer_info none = gn_shadow_map_layer(map, 6);
     assert_null(none.depth);
     move_ball(&y, 0, v3(1, 1, 1));
     assert_int_equal(gn_shadow_map_update(map, y.scene, y.sun, 0, 1, NULL), GN_ERROR_STATE);
