@@ -211,7 +211,6 @@ static double filter_deviation(uint32_t width, double sigma)
 /* Texels from a receiver's place to the centres of what is read for it. */
 static double normal_bias(const gn_map_format *format, const gn_map_desc *desc)
 {
-    const bool moments = format->kind == GN_MAP_MSM || format->kind == GN_MAP_NLMSM;
     const bool linear = format->kind >= GN_MAP_VSM && format->kind <= GN_MAP_MSM;
     const bool four = format->kind == GN_MAP_PCF && format->pcf_width == 2;
     /* To a corner of the texel, or across a square of four; but blended vectors are those of the
@@ -222,13 +221,13 @@ static double normal_bias(const gn_map_format *format, const gn_map_desc *desc)
     /* To the corners of the window, or two standard deviations: 2 % of the weights lie beyond. */
     if (format->kind == GN_MAP_PCF && !four)
         texels += fmin(sqrt(2.0) * (format->pcf_width / 2), 2.0 * (double)desc->filter_sigma);
-    /* Chebyshev's and Markov's bounds light a receiver up to the mean depth, so that no filter
-     * matters. That of four moments lights up to y1: for a plane one standard deviation before the
-     * mean. Of two texels of plain depth it is half a texel at most. */
-    if (moments)
-        texels += format->single_depth
-                      ? 0.5
-                      : filter_deviation(desc->filter_width, (double)desc->filter_sigma);
+    /* The bound of four moments lights a receiver up to y1, for a plane one standard deviation of
+     * the filter before the mean; of two texels of plain depth that is half a texel at most. Those
+     * of Chebyshev and Markov reach the mean, which concave edges bring nearer by as much. */
+    if (gn_map_has_texels(format))
+        texels += filter_deviation(desc->filter_width, (double)desc->filter_sigma);
+    else if (format->single_depth)
+        texels += 0.5;
     return fmin(texels, (double)LARGEST_NORMAL_BIAS);
 }
 
