@@ -450,7 +450,9 @@ gn_lamp gn_lamp_make(const gn_light *light, const float bounds_min[3], const flo
     lamp.far = fmax(fmin(farthest, (double)light->desc.range), 1e-30);
     lamp.near = fmin(fmax(nearest, 1e-4 * lamp.far), 0.5 * lamp.far);
     const double slack = 1.01 + (moving ? (double)desc->enlarge : 0.0);
-    const double half = (cube ? 1.0 : tan((double)light->desc.outer_cone_angle)) /
+    /* Receivers at the border of a cone move outwards with their bias, in wide cones by more texels
+     * than along their normal; faces of a cube hold them wherever they move. */
+    const double half = (cube ? 1.0 : 1.03 * tan((double)light->desc.outer_cone_angle)) /
                         usable_share(desc->resolution, margin);
     for (uint32_t face = 0; face < lamp.count; face++) {
         const gn_axes of_face = cube ? cube_axes(face) : axes;
