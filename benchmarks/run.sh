@@ -1,13 +1,13 @@
 #!/bin/sh
 # Every table of docs/benchmarks.md. Run it on an idle machine.
 #
-#   benchmarks/run.sh GNOMON [stability|speed|threads|growth|lights ...]
+#   benchmarks/run.sh GNOMON [stability|speed|threads|growth|lights|filter|depth|evaluate|maps ...]
 #
 # GNOMON is the program. With GNOMON_SCENES set to a folder that holds grove.glb, court.glb and
 # leafbox.glb, those are measured beside the built-in scenes.
 set -eu
 
-gnomon=${1:?usage: benchmarks/run.sh GNOMON [stability|speed|threads|growth|lights ...]}
+gnomon=${1:?usage: benchmarks/run.sh GNOMON [stability|speed|threads|growth|lights|filter|depth|evaluate|maps ...]}
 shift
 scenes=${GNOMON_SCENES:+$GNOMON_SCENES/grove.glb}
 
@@ -56,7 +56,32 @@ lights() {
     [ -z "$scenes" ] || bench "$GNOMON_SCENES/leafbox.glb" --camera CamOrbit --frames 12 --repeats 3
 }
 
-[ $# -gt 0 ] || set -- stability speed threads growth lights
+# Making the texels of a shadow map: fused, in three passes, and a memcpy.
+filter() {
+    bench --filter
+}
+
+# Drawing its depth: triangles against ray packets, and a whole set of cascades.
+depth() {
+    for scene in grove $scenes; do
+        bench --maps "$scene" --camera CamRoad
+    done
+}
+
+# Reading it: nanoseconds a pixel.
+evaluate() {
+    bench --evaluate grove --camera CamRoad
+}
+
+# Map methods over a camera walk, maps kept from frame to frame, beside rays.
+maps() {
+    for scene in grove $scenes; do
+        bench "$scene" --camera CamWalk --frames 30 --repeats 1 \
+            --methods ray-mip0,ray-test,ray-coverage,sm,pcf,pcf9,vsm,evsm,msm64,nlmsm64,nlmsm32,sd-vsm
+    done
+}
+
+[ $# -gt 0 ] || set -- stability speed threads growth lights filter depth evaluate maps
 for part; do
     "$part"
 done
