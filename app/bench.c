@@ -238,6 +238,10 @@ int gn_app_bench(int argc, char **argv)
     for (int i = 1; i < argc; i++)
         if (strcmp(argv[i], "--filter") == 0)
             return gn_app_bench_filter(argc, argv);
+        else if (strcmp(argv[i], "--maps") == 0)
+            return gn_app_bench_maps(argc, argv);
+        else if (strcmp(argv[i], "--evaluate") == 0)
+            return gn_app_bench_evaluate(argc, argv);
     static const char *const names[] = {"SCENE", NULL};
     static const char *const pseudo[] = {BASELINE, NULL};
     static const char *const notes[] = {
@@ -247,7 +251,9 @@ int gn_app_bench(int argc, char **argv)
         "Methods are names in 'gnomon methods', names with * and ?, or all, rays, maps. With a map",
         "method ray-mip0 is run too, and its errors are against it. Maps are kept from frame to",
         "frame; a frame's time has what it took to bring them up to date, once.",
-        "'gnomon bench --filter' measures the filter of shadow maps alone; see its own --help.",
+        "'gnomon bench --filter' measures the filter of shadow maps alone, 'gnomon bench SCENE",
+        "--maps' their drawing, 'gnomon bench SCENE --evaluate' their reading; see their own "
+        "--help.",
         NULL};
     const gn_usage usage = {
         "bench",

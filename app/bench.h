@@ -58,5 +58,9 @@ const gn_bench_row *gn_bench_find(const gn_bench_result *result, const char *nam
 
 /* gnomon bench --filter: the filter of shadow maps, without a scene (bench_filter.c). */
 int gn_app_bench_filter(int argc, char **argv);
+/* gnomon bench --maps: the drawing of shadow maps, against ray packets (bench_maps.c). */
+int gn_app_bench_maps(int argc, char **argv);
+/* gnomon bench --evaluate: the reading of shadow maps (bench_evaluate.c). */
+int gn_app_bench_evaluate(int argc, char **argv);
 
 #endif
