@@ -212,6 +212,15 @@ static void test_min_max_clamp(void **state)
     assert_same(gn_clamp(-INFINITY, 2.0f, 3.0f), 2.0f, "gn_clamp(-infinity)");
     assert_same(gn_clamp(INFINITY, 2.0f, 3.0f), 3.0f, "gn_clamp(infinity)");
     assert_same(gn_clamp(2.5f, 2.0f, 3.0f), 2.5f, "gn_clamp(2.5)");
+
+    static const float any[] = {NAN,    -NAN,  INFINITY, -INFINITY, -1.0f, -0.0f,   0.0f,
+                                1e-40f, 0.25f, 0.5f,     0.75f,     1.0f,  1.0001f, 3e38f};
+    for (size_t i = 0; i < sizeof any / sizeof *any; i++) {
+        assert_same(gn_clamp_positive(any[i], 0.0f, 1.0f), gn_clamp(any[i], 0.0f, 1.0f),
+                    "gn_clamp_positive from 0");
+        assert_same(gn_clamp_positive(any[i], 0.5f, 0.75f), gn_clamp(any[i], 0.5f, 0.75f),
+                    "gn_clamp_positive");
+    }
 }
 
 int main(void)

@@ -45,7 +45,7 @@ GN_FN gn_nonlinear gn_nonlinear_of(gn_moments biased)
     real y2 = biased.b1 + gn_select(rising, far, near);
     return GN_MAKE4(gn_nonlinear, gn_clamp(y1, K(-1.0f), K(1.0f)), gn_clamp(y2, K(-1.0f), K(1.0f)),
                     gn_select(rising, far_weight, 1.0f - far_weight),
-                    gn_clamp(xi4, K(1.2e-7f), K(0.25f)));
+                    gn_clamp_positive(xi4, K(1.2e-7f), K(0.25f)));
 }
 
 /* Equation 4. */
@@ -114,11 +114,9 @@ GN_FN real gn_log2_polynomial(real x)
 {
     lint e = (gn_bits(x) - 0x3f3504f3) >> 23;
     real f = gn_from_bits(gn_bits(x) - e * 0x800000) - 1.0f;
-    real p = f * -0.20403403f + 0.32321727f;
-    p = p * f - 0.36827446f;
-    p = p * f + 0.47924992f;
-    p = p * f - 0.72109562f;
-    p = p * f + 1.44271544f;
+    real f2 = f * f;
+    real p = f2 * (f * -0.20403403f + 0.32321727f) + (f * -0.36827446f + 0.47924992f);
+    p = p * f2 + (f * -0.72109562f + 1.44271544f);
     return gn_to_real(e) + p * f;
 }
 
@@ -127,8 +125,8 @@ GN_FN real gn_log2_polynomial(real x)
  *     (log2 log2(1e7 xi4) - log2 log2 1.2) / (log2 log2 2.5e6 - log2 log2 1.2). */
 GN_FN real gn_xi4_warp(real xi4)
 {
-    real l = gn_log2_polynomial(gn_clamp(xi4, K(1.2e-7f), K(0.25f)) * 1e7f);
-    return gn_clamp(gn_log2_polynomial(l) * 0.157820689f + 0.304069424f, K(0.0f), K(1.0f));
+    real l = gn_log2_polynomial(gn_clamp_positive(xi4, K(1.2e-7f), K(0.25f)) * 1e7f);
+    return gn_clamp_positive(gn_log2_polynomial(l) * 0.157820689f + 0.304069424f, K(0.0f), K(1.0f));
 }
 
 /* The inverse, for [0,1], relative error < 1e-5. */
@@ -169,9 +167,9 @@ GN_FN gn_nonlinear gn_nonlinear_unpack64(luint low, luint high)
 
 GN_FN luint gn_nonlinear_pack32(gn_nonlinear n)
 {
-    real y1 = gn_floor(gn_clamp(511.5f * n.y1 + 511.5f, K(0.0f), K(1022.0f)));
-    real y2 = gn_floor(gn_clamp(511.5f * n.y2 + 511.5f, K(0.0f), K(1022.0f)));
-    real v2 = gn_floor(gn_sqrt(gn_clamp(n.v2, K(0.0f), K(1.0f))) * 127.0f + 0.5f);
+    real y1 = gn_floor(gn_clamp_positive(511.5f * n.y1 + 511.5f, K(0.0f), K(1022.0f)));
+    real y2 = gn_floor(gn_clamp_positive(511.5f * n.y2 + 511.5f, K(0.0f), K(1022.0f)));
+    real v2 = gn_floor(gn_sqrt(gn_clamp_positive(n.v2, K(0.0f), K(1.0f))) * 127.0f + 0.5f);
     real xi4 = gn_floor(gn_min(gn_xi4_warp(n.xi4) * 64.0f, K(63.0f)));
     mask turned = y1 >= 512.0f;
     y1 = gn_select(turned, 1023.0f - y1, y1);

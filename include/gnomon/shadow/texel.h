@@ -9,7 +9,7 @@
 /* The code nearest to x, [0, 65535]; x is clamped to [0,1], NaN is 0. */
 GN_FN luint gn_unorm16_code(real x)
 {
-    return gn_to_unsigned(gn_to_int(gn_clamp(x, K(0.0f), K(1.0f)) * 65535.0f + 0.5f));
+    return gn_to_unsigned(gn_to_int(gn_clamp_positive(x, K(0.0f), K(1.0f)) * 65535.0f + 0.5f));
 }
 
 /* The low 16 bits hold the first number. */
