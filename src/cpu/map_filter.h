@@ -51,8 +51,8 @@ typedef struct gn_filter_rows {
     void (*across)(const gn_gaussian *gaussian, const float *in, uint32_t count, float *out);
     /* out[i] from rows[0][i] .. rows[2 radius][i]. */
     void (*down)(const gn_gaussian *gaussian, const float *const *rows, uint32_t count, float *out);
-    /* Biases (MSM, NLMSM; bias 0 changes nothing) and packs into texels. */
-    void (*encode)(const gn_map_format *format, float bias, const float *vectors, size_t stride,
+    /* Biases (MSM, NLMSM; bias 0 changes nothing) and packs into texels. Overwrites vectors. */
+    void (*encode)(const gn_map_format *format, float bias, float *vectors, size_t stride,
                    uint32_t count, uint32_t *texels);
     /* What encode was given, but for the rounding. Linear formats. */
     void (*decode)(const gn_map_format *format, const uint32_t *texels, uint32_t count,
