@@ -12,7 +12,8 @@ static void test_help(void **state)
     expect(0, "--version");
     expect_text(out, "gnomon 0.");
     expect(2, "");
-    const char *commands[] = {"render", "compare", "bench", "demo", "scene", "info"};
+    const char *commands[] = {"render",  "compare",   "bench", "demo",
+                              "methods", "histogram", "scene", "info"};
     for (size_t i = 0; i < sizeof commands / sizeof *commands; i++) {
         char arguments[64];
         snprintf(arguments, sizeof arguments, "%s --help", commands[i]);
