@@ -164,7 +164,7 @@ static bool measure_all(gn_app *app, const filter_options *o, filter_row rows[2 
     for (uint32_t i = 0; good && i < 2 * FORMAT_COUNT; i++) {
         const struct named_format *f = &formats[i % FORMAT_COUNT];
         rows[i] = (filter_row){.name = f->name, .samples = i < FORMAT_COUNT ? 1 : 4};
-        gn_bar_step(&app->bar, i / (2.0 * FORMAT_COUNT), 0.5 / FORMAT_COUNT, f->name);
+        gn_bar_step(&app->bar, i / (2.0 * FORMAT_COUNT), 0.5 / FORMAT_COUNT, "%s", f->name);
         const gn_filter_job job = {.format = f->format,
                                    .resolution = o->resolution,
                                    .samples = rows[i].samples,
