@@ -13,6 +13,10 @@
 #define BLOCK_ROWS   128u
 #define BLOCK_FLOATS 1024u
 
+/* From one row that is kept to the next: no power of two, so that they do not fall on one another
+ * in the cache. */
+#define ROW_FLOATS (BLOCK_FLOATS + 16u)
+
 gn_texel_layout gn_map_layout(const gn_map_format *format)
 {
     switch (format->kind) {
@@ -98,8 +102,8 @@ static void filter_row(const filter_run *run, uint32_t x0, uint32_t x1, uint32_t
         for (uint32_t i = right; i < radius; i++)
             channel[columns + i] = channel[columns + right - 1];
     }
-    /* All channels in one go; what lies between them is filtered too, and not looked at. */
-    run->rows->across(&run->gaussian, first, (run->channels - 1) * run->stride + columns, out);
+    for (uint32_t c = 0; c < run->channels; c++)
+        run->rows->across(&run->gaussian, first + c * run->stride, columns, out + c * columns);
 }
 
 static void filter_block(uint32_t index, uint32_t thread, void *user)
@@ -111,27 +115,25 @@ static void filter_block(uint32_t index, uint32_t thread, void *user)
     const uint32_t last = job->resolution - 1;
     const uint32_t column = run->first_column + index % run->across * run->columns;
     const uint32_t x0 = column > rect->x0 ? column : rect->x0;
-    const uint32_t x1 = least(column + run->columns, rect->x1);
+    const uint32_t x1 = least(column + run->columns, rect->x1), columns = x1 - x0;
     const uint32_t y0 = rect->y0 + index / run->across * BLOCK_ROWS;
     const uint32_t y1 = least(y0 + BLOCK_ROWS, rect->y1);
-    const size_t row_size = (size_t)run->channels * run->stride;
     const size_t words = gn_map_words(&job->format);
-    float *vectors = run->scratch + thread * run->scratch_size, *filtered = vectors + row_size,
-          *kept = filtered + row_size;
+    float *vectors = run->scratch + thread * run->scratch_size,
+          *filtered = vectors + run->channels * run->stride, *kept = filtered + ROW_FLOATS;
 
     /* Where the rows y0 - radius, ... of the map lie, those beyond its border clamped. */
     const float *rows[BLOCK_ROWS + 2 * GN_MAX_RADIUS];
     for (uint32_t i = 0; i < y1 - y0 + 2 * radius; i++) {
         const uint32_t row = least(y0 + i - least(y0 + i, radius), last);
-        rows[i] = kept + row % width * row_size;
+        rows[i] = kept + row % width * ROW_FLOATS;
     }
     uint32_t next = y0 - least(y0, radius);
     for (uint32_t y = y0; y < y1; y++) {
         for (; next <= least(y + radius, last); next++)
-            filter_row(run, x0, x1, next, vectors, kept + next % width * row_size);
-        run->rows->down(&run->gaussian, rows + (y - y0),
-                        (run->channels - 1) * run->stride + x1 - x0, filtered);
-        run->rows->encode(&job->format, job->moment_bias, filtered, run->stride, x1 - x0,
+            filter_row(run, x0, x1, next, vectors, kept + next % width * ROW_FLOATS);
+        run->rows->down(&run->gaussian, rows + (y - y0), run->channels * columns, filtered);
+        run->rows->encode(&job->format, job->moment_bias, filtered, columns, columns,
                           job->texels + ((size_t)y * job->resolution + x0) * words);
     }
 }
@@ -150,7 +152,7 @@ gn_result gn_cpu_filter(const gn_cpu *cpu, const gn_filter_job *job)
     run.first_column = rect->x0 / run.columns * run.columns;
     run.across = (rect->x1 - run.first_column + run.columns - 1) / run.columns;
     const uint32_t down = (rect->y1 - rect->y0 + BLOCK_ROWS - 1) / BLOCK_ROWS;
-    run.scratch_size = (size_t)(job->width + 2) * run.channels * run.stride;
+    run.scratch_size = (size_t)run.channels * run.stride + (size_t)(job->width + 1) * ROW_FLOATS;
     run.scratch =
         gn_alloc_zero(cpu->context, cpu->context->threads, run.scratch_size * sizeof(float));
     if (!run.scratch)
