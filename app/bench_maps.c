@@ -244,10 +244,12 @@ int gn_app_bench_maps(int argc, char **argv)
     maps.desc = gn_app_map_desc(&common.map);
     gn_app app = {0};
     maps_result result = {0};
+    app.wrong_usage = true; /* up to the check of the map's settings */
     bool good = gn_app_open(&app, "bench", &common) &&
-                gn_app_accepts_map(&app, &maps.method->map, &maps.desc) &&
-                gn_app_load(&app, name) && gn_app_choose(&app) &&
-                measure_maps(&app, &maps, &result);
+                gn_app_accepts_map(&app, &maps.method->map, &maps.desc);
+    app.wrong_usage = !good;
+    good = good && gn_app_load(&app, name) && gn_app_choose(&app) &&
+           measure_maps(&app, &maps, &result);
     if (good && common.json)
         good = gn_app_print_json(&app, result_json(&app, &maps, &result));
     else if (good) {

@@ -416,6 +416,31 @@ static void test_bench_filter(void **state)
     expect(2, "bench --filter railing");
 }
 
+/* Drawing alone: every layer by tiles and by rays. */
+static void test_bench_maps(void **state)
+{
+    (void)state;
+    expect(0, "bench railing --maps --map-size 64 --cascades 2 --repeats 1 --quiet --json");
+    cJSON *json = parse_output();
+    assert_int_equal(cJSON_GetArraySize(member(json, "layers")), 2);
+    for (int i = 0; i < 2; i++) {
+        const cJSON *row = item(json, "layers", i);
+        const double raster = get_number(row, "raster_ms"), packets = get_number(row, "packets_ms");
+        if (fabs(get_number(row, "ratio") * raster / packets - 1) > 1e-9)
+            fail_msg("a ratio of %g for %g and %g ms", get_number(row, "ratio"), packets, raster);
+        assert_true(get_number(row, "covered") > 0.1);
+        assert_true(get_number(row, "different") <= 0.004);
+    }
+    assert_true(get_number(json, "raster_ms") == get_number(item(json, "layers", 0), "raster_ms"));
+    assert_true(get_number(json, "cascades_ms") >= get_number(json, "cascades_depth_ms"));
+    cJSON_Delete(json);
+    expect(0, "bench leafbox --maps --map-size 64 --map-samples 4 --repeats 1 --quiet");
+    expect_text(out, "6 layers of nlmsm64");
+    expect(2, "bench railing --maps --map-samples 2");
+    expect(2, "bench railing --maps --method sm");
+    expect(2, "bench --maps");
+}
+
 static void test_histogram(void **state)
 {
     (void)state;
@@ -465,6 +490,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_compare, setup, teardown),
         cmocka_unit_test_setup_teardown(test_bench, setup, teardown),
         cmocka_unit_test_setup_teardown(test_bench_filter, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_bench_maps, setup, teardown),
         cmocka_unit_test_setup_teardown(test_histogram, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

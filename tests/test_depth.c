@@ -169,6 +169,14 @@ static void test_scenes(void **state)
     }
 }
 
+static uint64_t random_state;
+
+static double random_between(double low, double high)
+{
+    random_state = random_state * 6364136223846793005u + 1442695040888963407u;
+    return low + (high - low) * (double)(random_state >> 40) / 16777216.0;
+}
+
 static void test_alpha_rules(void **state)
 {
     (void)state;
@@ -237,15 +245,48 @@ static void test_opacity(void **state)
     }
 }
 
-/* Soups ---------------------------------------------------------------------------------------*/
-
-static uint64_t random_state;
-
-static double random_between(double low, double high)
+/* Sixteen places at a time, one by one, and where rays hit: texture coordinates far outside [0, 1],
+ * each wrap rule, textures of any size. */
+static void test_wrapped_textures(void **state)
 {
-    random_state = random_state * 6364136223846793005u + 1442695040888963407u;
-    return low + (high - low) * (double)(random_state >> 40) / 16777216.0;
+    (void)state;
+    static const uint32_t sizes[][2] = {{1, 1}, {2, 8}, {64, 64}, {7, 31}};
+    random_state = 5;
+    agreement sum = {0};
+    for (int wrap = 0; wrap < 9; wrap++)
+        for (int size = 0; size < 4; size++) {
+            const uint32_t width = sizes[size][0], height = sizes[size][1];
+            uint8_t rgba[64 * 64 * 4];
+            for (uint32_t i = 0; i < width * height * 4; i++)
+                rgba[i] = random_between(0, 1) < 0.5 ? 20 : 230;
+            gn_scene *scene = new_scene();
+            gn_texture_desc texture = gn_texture_desc_default();
+            texture.width = width;
+            texture.height = height;
+            texture.rgba = rgba;
+            gn_material_desc desc = gn_material_desc_default();
+            ok(gn_scene_add_texture(scene, &texture, &desc.texture));
+            desc.alpha_mode = GN_ALPHA_MASK;
+            desc.double_sided = true;
+            desc.wrap_u = (gn_wrap)(wrap % 3);
+            desc.wrap_v = (gn_wrap)(wrap / 3);
+            /* From -2.3 to 3.2 turns, or back. */
+            const float turns[6] = {
+                wrap & 1 ? -5.5f : 5.5f, 0, wrap & 1 ? 3.2f : -2.3f, 0, 5.5f, -2.7f};
+            memcpy(desc.uv_transform, turns, sizeof turns);
+            uint32_t material;
+            ok(gn_scene_add_material(scene, &desc, &material));
+            place(scene, add_floor(scene, 3, 0.3, material), wrap & 2);
+            ok(gn_scene_commit(scene));
+            const gn_map_projection p =
+                look(v3(1, 9, 2), v3(0, 0, 0), size & 1, 3.5, 0.5, 30, size < 2 ? 300 : 96);
+            check(scene, &p, (settings){GN_CASTERS_ALL, GN_MAP_ALPHA_TEST, 1, false}, &sum);
+            gn_scene_destroy(&scene);
+        }
+    report("wrapped textures", &sum, 0.004, 1e-5);
 }
+
+/* Soups ---------------------------------------------------------------------------------------*/
 
 static vec random_point(double size)
 {
@@ -621,12 +662,12 @@ static void test_determinism(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_scenes),      cmocka_unit_test(test_alpha_rules),
-        cmocka_unit_test(test_opacity),     cmocka_unit_test(test_soups),
-        cmocka_unit_test(test_casters),     cmocka_unit_test(test_sphere),
-        cmocka_unit_test(test_ground),      cmocka_unit_test(test_cracks),
-        cmocka_unit_test(test_range),       cmocka_unit_test(test_covered),
-        cmocka_unit_test(test_determinism),
+        cmocka_unit_test(test_scenes),  cmocka_unit_test(test_alpha_rules),
+        cmocka_unit_test(test_opacity), cmocka_unit_test(test_wrapped_textures),
+        cmocka_unit_test(test_soups),   cmocka_unit_test(test_casters),
+        cmocka_unit_test(test_sphere),  cmocka_unit_test(test_ground),
+        cmocka_unit_test(test_cracks),  cmocka_unit_test(test_range),
+        cmocka_unit_test(test_covered), cmocka_unit_test(test_determinism),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }
