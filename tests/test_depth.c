@@ -457,14 +457,16 @@ static void test_sphere(void **state)
     }
 }
 
-/* Ground far larger than the map: full, at the plane's depth; of one quad and of many strips. */
+/* Ground far larger than the map, of no symmetry: full, at the plane's depth. */
 static void test_ground(void **state)
 {
     (void)state;
     for (double half = 10; half < 1e6; half *= 30)
         for (int perspective = 0; perspective < 2; perspective++) {
             gn_scene *scene = new_scene();
-            place(scene, add_floor(scene, half, 0, GN_NONE), half > 1e3);
+            const vec corners[4] = {v3(-half, 0, 0.7 * half), v3(1.3 * half, 0, half),
+                                    v3(0.9 * half, 0, -1.1 * half), v3(-0.8 * half, 0, -half)};
+            place(scene, add_quad(scene, corners, 1, GN_NONE), half > 1e3);
             ok(gn_scene_commit(scene));
             const gn_map_projection p =
                 look(v3(3, 9, 2), v3(0, 0, 0), perspective, 4, 0.5, 30, 300);
@@ -539,6 +541,51 @@ static void test_cracks(void **state)
         gn_scene_destroy(&scene);
         free(positions);
         free(indices);
+    }
+}
+
+/* Strips much longer than the map is wide, each sharing two long edges: no crack along them. */
+static void test_long_edges(void **state)
+{
+    (void)state;
+    enum { STRIPS = 150 };
+    random_state = 13;
+    for (double reach = 20; reach < 1e5; reach *= 15) {
+        float positions[(STRIPS + 1) * 6];
+        uint32_t indices[STRIPS * 6];
+        for (uint32_t i = 0; i <= STRIPS; i++) {
+            const double z = 8.0 * i / STRIPS - 4, turn = i == 0 || i == STRIPS ? 0 : 0.01;
+            for (uint32_t end = 0; end < 2; end++) {
+                const double x = (end ? 1 : -0.8) * reach * random_between(0.9, 1);
+                positions[6 * i + 3 * end] = (float)x;
+                positions[6 * i + 3 * end + 1] = 0;
+                /* All edges turn about the middle alike, so that strips do not cross. */
+                positions[6 * i + 3 * end + 2] = (float)(z + turn * z * x / reach);
+            }
+            const uint32_t c = 2 * i, corners[6] = {c, c + 1, c + 2, c + 2, c + 1, c + 3};
+            if (i < STRIPS)
+                memcpy(indices + (size_t)i * 6, corners, sizeof corners);
+        }
+        const gn_mesh_part part = {.vertex_count = 2 * (STRIPS + 1),
+                                   .positions = positions,
+                                   .index_count = STRIPS * 6,
+                                   .indices = indices,
+                                   .material = GN_NONE};
+        uint32_t mesh;
+        gn_scene *scene = new_scene();
+        ok(gn_scene_add_mesh(scene, "strips", &part, 1, &mesh));
+        place(scene, mesh, false);
+        ok(gn_scene_commit(scene));
+        for (int turn = 0; turn < 8; turn++) {
+            const gn_map_projection p = look(v3(0.3 * turn - 1, 9, 2 - 0.2 * turn), v3(0, 0, 0),
+                                             turn & 1, 2.5, 0.5, 30, 512);
+            const map m = draw_simply(scene, &p, 1);
+            for (size_t i = 0; i < m.texels; i++)
+                if (!(m.depth[i] < 1))
+                    fail_msg("a crack at sample %zu, strips of %g metres, view %d", i, reach, turn);
+            free(m.depth);
+        }
+        gn_scene_destroy(&scene);
     }
 }
 
@@ -662,12 +709,13 @@ static void test_determinism(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_scenes),  cmocka_unit_test(test_alpha_rules),
-        cmocka_unit_test(test_opacity), cmocka_unit_test(test_wrapped_textures),
-        cmocka_unit_test(test_soups),   cmocka_unit_test(test_casters),
-        cmocka_unit_test(test_sphere),  cmocka_unit_test(test_ground),
-        cmocka_unit_test(test_cracks),  cmocka_unit_test(test_range),
-        cmocka_unit_test(test_covered), cmocka_unit_test(test_determinism),
+        cmocka_unit_test(test_scenes),      cmocka_unit_test(test_alpha_rules),
+        cmocka_unit_test(test_opacity),     cmocka_unit_test(test_wrapped_textures),
+        cmocka_unit_test(test_soups),       cmocka_unit_test(test_casters),
+        cmocka_unit_test(test_sphere),      cmocka_unit_test(test_ground),
+        cmocka_unit_test(test_cracks),      cmocka_unit_test(test_long_edges),
+        cmocka_unit_test(test_range),       cmocka_unit_test(test_covered),
+        cmocka_unit_test(test_determinism),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }
