@@ -2,10 +2,10 @@
  * filter in three shaders. Resolve and vectors into a texture, filter across into a second one,
  * filter down and quantization into the map.
  *
- * The textures hold floats for every format. Textures of 16 bits, where the format has them, move
- * fewer bytes, but a processor without texture units pays more for packing and unpacking them (nine
- * times in the last pass) than that saves. The loops over rows are those of the fused filter, so
- * that both do the same arithmetic with the same instructions; the texels come out the same. */
+ * The textures hold floats for every format. (Textures of 16 bits, where the format has them, would
+ * move fewer bytes, and cost packing and unpacking without texture units.) The loops over rows are
+ * those of the fused filter, so that both do the same arithmetic with the same instructions, and
+ * the texels come out the same. */
 #ifndef GN_BENCHMARKS_THREE_PASS_H
 #define GN_BENCHMARKS_THREE_PASS_H
 
