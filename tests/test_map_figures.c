@@ -305,13 +305,41 @@ static void test_quantization(void **state)
     }
 }
 
+/* No length is built in: a scene 1024 times as large or as small has the same shadows, to the bit
+ * (by 1000, places between texels would be rounded otherwise). */
+static void test_scale(void **state)
+{
+    (void)state;
+    enum { W = 160, H = 90 };
+    static const char *const methods[] = {"sm", "pcf9", "evsm128", "msm64", "nlmsm64", "sd-vsm"};
+    static const double units[] = {1, 1.0 / 1024, 1024};
+    static float visibility[3][W * H];
+    for (int m = 0; m < 6; m++) {
+        for (int u = 0; u < 3; u++) {
+            gn_procedural_desc desc = gn_procedural_desc_default();
+            desc.unit = units[u];
+            gn_scene *scene;
+            ok(gn_scene_create_procedural(device, "court", &desc, &scene));
+            gn_visibility_desc how = gn_visibility_desc_default();
+            how.method = gn_method_find(methods[m]);
+            how.map.resolution = 512;
+            frame f = render_desc(scene, 0, 0, &how, W, H);
+            memcpy(visibility[u], f.visibility, sizeof visibility[u]);
+            end(&f);
+            gn_scene_destroy(&scene);
+        }
+        for (int u = 1; u < 3; u++)
+            few(count_different(visibility[0], visibility[u], W * H, 0), W * H, 0, "%s, unit %g",
+                methods[m], units[u]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_figure_1),
-        cmocka_unit_test(test_figure_8),
-        cmocka_unit_test(test_figure_9),
-        cmocka_unit_test(test_quantization),
+        cmocka_unit_test(test_figure_1), cmocka_unit_test(test_figure_8),
+        cmocka_unit_test(test_figure_9), cmocka_unit_test(test_quantization),
+        cmocka_unit_test(test_scale),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

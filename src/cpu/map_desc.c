@@ -214,10 +214,11 @@ static double normal_bias(const gn_map_format *format, const gn_map_desc *desc)
     const bool linear = format->kind >= GN_MAP_VSM && format->kind <= GN_MAP_MSM;
     const bool four = format->kind == GN_MAP_PCF && format->pcf_width == 2;
     /* To a corner of the texel, or across a square of four; but blended vectors are those of the
-     * place itself. */
-    double texels = desc->reading == GN_READING_NEAREST && !four     ? sqrt(0.5)
-                    : desc->reading == GN_READING_BILINEAR && linear ? 0.0
-                                                                     : sqrt(2.0);
+     * place itself. Four moments want half of that for curved surfaces: where depths lean to one
+     * side, y1 lies farther before their mean. */
+    double texels = desc->reading == GN_READING_NEAREST && !four ? sqrt(0.5) : sqrt(2.0);
+    if (linear && desc->reading == GN_READING_BILINEAR)
+        texels = format->kind == GN_MAP_MSM ? sqrt(0.5) : 0.0;
     /* To the corners of the window, or two standard deviations: 2 % of the weights lie beyond. */
     if (format->kind == GN_MAP_PCF && !four)
         texels += fmin(sqrt(2.0) * (format->pcf_width / 2), 2.0 * (double)desc->filter_sigma);
