@@ -104,7 +104,7 @@ static bool measure_cascades(evaluation *e, int c)
     bool good = make_map(e, &gn_method_find(YARDSTICK)->map, cascades[c], &yardstick) &&
                 (c > 0 || count_read(e, yardstick));
     for (uint32_t m = 0; good && m < e->count; m++) {
-        gn_bar_step(&e->app->bar, ((double)m / e->count + c) / CASCADES, 0.5 / e->count,
+        gn_bar_step(&e->app->bar, ((double)m / e->count + c) / CASCADES, 0.5 / e->count, "%s",
                     e->methods[m].name);
         e->rows[m].name = e->methods[m].name;
         good = make_map(e, &e->methods[m].method.map, cascades[c], &map) &&
