@@ -5,6 +5,11 @@
 #include "cpu/map_filter.h"
 
 #include <math.h>
+#include <string.h>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
 
 #include "cpu/cpu.h"
 
@@ -106,6 +111,21 @@ static void filter_row(const filter_run *run, uint32_t x0, uint32_t x1, uint32_t
         run->rows->across(&run->gaussian, first + c * run->stride, columns, out + c * columns);
 }
 
+/* Copies words past the caches: nobody reads a texel before all are there, and a line that is
+ * written whole need not be read first. */
+static void stream(uint32_t *to, const uint32_t *from, size_t count)
+{
+#if defined(__SSE2__)
+    for (; count > 0 && ((uintptr_t)to & 63) != 0; count--)
+        *to++ = *from++;
+    for (; count >= 16; count -= 16, to += 16, from += 16)
+        for (int i = 0; i < 16; i += 4)
+            _mm_stream_si128((__m128i *)(void *)(to + i),
+                             _mm_loadu_si128((const __m128i *)(const void *)(from + i)));
+#endif
+    memcpy(to, from, count * sizeof *to);
+}
+
 static void filter_block(uint32_t index, uint32_t thread, void *user)
 {
     const filter_run *run = user;
@@ -124,18 +144,27 @@ static void filter_block(uint32_t index, uint32_t thread, void *user)
 
     /* Where the rows y0 - radius, ... of the map lie, those beyond its border clamped. */
     const float *rows[BLOCK_ROWS + 2 * GN_MAX_RADIUS];
+    uint32_t line[BLOCK_FLOATS]
+        __attribute__((aligned(64))); /* of texels: no more words than floats */
     for (uint32_t i = 0; i < y1 - y0 + 2 * radius; i++) {
         const uint32_t row = least(y0 + i - least(y0 + i, radius), last);
         rows[i] = kept + row % width * ROW_FLOATS;
     }
+    const bool streamed = words > 1 && words == run->channels;
     uint32_t next = y0 - least(y0, radius);
     for (uint32_t y = y0; y < y1; y++) {
         for (; next <= least(y + radius, last); next++)
             filter_row(run, x0, x1, next, vectors, kept + next % width * ROW_FLOATS);
         run->rows->down(&run->gaussian, rows + (y - y0), run->channels * columns, filtered);
+        uint32_t *texels = job->texels + ((size_t)y * job->resolution + x0) * words;
         run->rows->encode(&job->format, job->moment_bias, filtered, columns, columns,
-                          job->texels + ((size_t)y * job->resolution + x0) * words);
+                          streamed ? line : texels);
+        if (streamed)
+            stream(texels, line, columns * words);
     }
+#if defined(__SSE2__)
+    _mm_sfence();
+#endif
 }
 
 gn_result gn_cpu_filter(const gn_cpu *cpu, const gn_filter_job *job)

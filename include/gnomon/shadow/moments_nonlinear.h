@@ -27,25 +27,28 @@ GN_STRUCT(gn_nonlinear)
 
 /* Algorithm 2. biased: by gn_moments_bias_float (section 3.2). The roots are written from the mean:
  * s^2 - p s - sigma^2 = 0 has one root at distance d = |p/2| + r from 0 and one, on the other side,
- * at sigma^2 / d, with r = sqrt((p/2)^2 + sigma^2). */
+ * at sigma^2 / d, with r = sqrt((p/2)^2 + sigma^2). All three are scaled by sigma^2, so that one
+ * division does for 1 / sigma^2 and for the weight. */
 GN_FN gn_nonlinear gn_nonlinear_of(gn_moments biased)
 {
     real variance = gn_max(biased.b2 - biased.b1 * biased.b1, K(1e-7f));
     real l = biased.b3 - biased.b1 * biased.b2; /* L21 sigma^2 */
-    real l21 = l / variance;
-    real xi4 = biased.b4 - biased.b2 * biased.b2 - l * l21;
-
-    real p = 0.5f * l21 - biased.b1;
-    real r = gn_sqrt(p * p + variance);
+    real cube = variance * (variance * variance);
+    real p = 0.5f * l - biased.b1 * variance;
+    real r = gn_sqrt(p * p + cube);
     real far = gn_abs(p) + r;
-    real far_weight = 0.5f * variance / (r * far); /* of the farther root */
-    real near = 2.0f * r * far_weight;
+    real product = r * far;
+    real inverse = 1.0f / (variance * product);
+    real reciprocal = product * inverse;                  /* 1 / sigma^2 */
+    real far_weight = 0.5f * cube * (variance * inverse); /* of the farther root */
+    far = far * reciprocal;
+    real near = 2.0f * far_weight * (r * reciprocal);
+    real xi4 = biased.b4 - biased.b2 * biased.b2 - l * (l * reciprocal);
     mask rising = p >= 0.0f;
     real y1 = biased.b1 - gn_select(rising, near, far);
     real y2 = biased.b1 + gn_select(rising, far, near);
-    return GN_MAKE4(gn_nonlinear, gn_clamp(y1, K(-1.0f), K(1.0f)), gn_clamp(y2, K(-1.0f), K(1.0f)),
-                    gn_select(rising, far_weight, 1.0f - far_weight),
-                    gn_clamp_positive(xi4, K(1.2e-7f), K(0.25f)));
+    return GN_MAKE4(gn_nonlinear, gn_max(y1, K(-1.0f)), gn_min(y2, K(1.0f)),
+                    gn_select(rising, far_weight, 1.0f - far_weight), gn_max(xi4, K(1.2e-7f)));
 }
 
 /* Equation 4. */
@@ -112,21 +115,21 @@ GN_FN real gn_nonlinear_visibility(gn_nonlinear n, real receiver)
  * ends. */
 GN_FN real gn_log2_polynomial(real x)
 {
-    lint e = (gn_bits(x) - 0x3f3504f3) >> 23;
-    real f = gn_from_bits(gn_bits(x) - e * 0x800000) - 1.0f;
+    lint exponent = (gn_bits(x) - 0x3f3504f3) & -0x800000; /* times 2^23 */
+    real f = gn_from_bits(gn_bits(x) - exponent) - 1.0f;
     real f2 = f * f;
     real p = f2 * (f * -0.20403403f + 0.32321727f) + (f * -0.36827446f + 0.47924992f);
     p = p * f2 + (f * -0.72109562f + 1.44271544f);
-    return gn_to_real(e) + p * f;
+    return gn_to_real(exponent) * 1.1920929e-7f + p * f;
 }
 
-/* Psi4: xi4 of [1.2e-7, 0.25] (clamped) to [0,1], |error| < 2.2e-6, a third of half a 16-bit step;
- * over all floats it never falls. In binary logarithms, whose factors cancel:
- *     (log2 log2(1e7 xi4) - log2 log2 1.2) / (log2 log2 2.5e6 - log2 log2 1.2). */
+/* Psi4: xi4 of [1.2e-7, 0.25] (clamped) to [0,1], |error| < 2.2e-6, a third of half a 16-bit step
+ * (so far it may lie outside); over all floats it never falls. In binary logarithms, whose factors
+ * cancel: (log2 log2(1e7 xi4) - log2 log2 1.2) / (log2 log2 2.5e6 - log2 log2 1.2). */
 GN_FN real gn_xi4_warp(real xi4)
 {
     real l = gn_log2_polynomial(gn_clamp_positive(xi4, K(1.2e-7f), K(0.25f)) * 1e7f);
-    return gn_clamp_positive(gn_log2_polynomial(l) * 0.157820689f + 0.304069424f, K(0.0f), K(1.0f));
+    return gn_log2_polynomial(l) * 0.157820689f + 0.304069424f;
 }
 
 /* The inverse, for [0,1], relative error < 1e-5. */
@@ -170,7 +173,7 @@ GN_FN luint gn_nonlinear_pack32(gn_nonlinear n)
     real y1 = gn_floor(gn_clamp_positive(511.5f * n.y1 + 511.5f, K(0.0f), K(1022.0f)));
     real y2 = gn_floor(gn_clamp_positive(511.5f * n.y2 + 511.5f, K(0.0f), K(1022.0f)));
     real v2 = gn_floor(gn_sqrt(gn_clamp_positive(n.v2, K(0.0f), K(1.0f))) * 127.0f + 0.5f);
-    real xi4 = gn_floor(gn_min(gn_xi4_warp(n.xi4) * 64.0f, K(63.0f)));
+    real xi4 = gn_floor(gn_clamp_positive(gn_xi4_warp(n.xi4) * 64.0f, K(0.0f), K(63.0f)));
     mask turned = y1 >= 512.0f;
     y1 = gn_select(turned, 1023.0f - y1, y1);
     y2 = gn_select(turned, 1022.0f - y2, y2);
