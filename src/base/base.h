@@ -15,10 +15,10 @@ typedef struct gn_context {
     gn_allocator allocator;
     gn_logger logger;
     gn_progress progress;
-    uint32_t threads;      /* resolved: >= 1 */
-    _Atomic size_t bytes;  /* held through gn_alloc */
+    uint32_t threads;        /* resolved: >= 1 */
+    _Atomic size_t bytes;    /* held through gn_alloc */
     _Atomic uint64_t scenes; /* made so far: numbers them */
-    pthread_mutex_t mutex; /* guards message */
+    pthread_mutex_t mutex;   /* guards message */
     char message[1024];
 } gn_context;
 

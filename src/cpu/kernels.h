@@ -28,7 +28,7 @@ typedef struct gn_shadow_packet {
 typedef struct gn_query {
     gn_rtc_context embree; /* must be first */
     const gn_accel *accel;
-    const gn_depth_rays *map; /* rays of a shadow map; else NULL */
+    const gn_depth_rays *map;                           /* rays of a shadow map; else NULL */
     float cone_width[GN_PACKET], cone_angle[GN_PACKET]; /* by ray id */
     /* Shadow rays only. */
     gn_alpha_rule rule;
@@ -84,7 +84,7 @@ typedef struct gn_kernels {
     void (*trace)(const gn_tracer *tracer, gn_shadow_packet *packet);
     void (*gbuffer_tile)(const gn_gbuffer_job *job, uint32_t tile);
     uint64_t (*visibility_tile)(const gn_visibility_job *job, uint32_t tile); /* rays traced */
-    void (*map_tile)(const struct gn_map_reader *reader, uint32_t tile); /* map_read.h */
+    void (*map_tile)(const struct gn_map_reader *reader, uint32_t tile);      /* map_read.h */
     gn_depth_tile depth_tile;
     gn_depth_packet depth_packet;
     gn_filter_rows filter;
