@@ -30,6 +30,7 @@ typedef struct comparison {
     side sides[2];
     gn_difference *differences; /* one a light */
     double ratio;               /* time of b over time of a */
+    double gain;                /* of the difference picture */
     cJSON *files;
 } comparison;
 
@@ -119,7 +120,7 @@ static void paint_difference(const comparison *c, const uint8_t *a, uint8_t *out
         }
         const float grey = 0.35f * (0.3f * a[3 * i] + 0.6f * a[3 * i + 1] + 0.1f * a[3 * i + 2]);
         const float *color = most > 0 ? more : less;
-        const float share = fminf(fabsf(most), 1);
+        const float share = fminf((float)c->gain * fabsf(most), 1);
         for (size_t k = 0; k < 3; k++)
             out[3 * i + k] = (uint8_t)(grey + (color[k] - grey) * share + 0.5f);
     }
@@ -302,10 +303,12 @@ int gn_app_compare(int argc, char **argv)
          "gnomon compare scene.glb --a reference --b ray-saturate --size 1280x720 --json"}};
     gn_app_options common = gn_app_options_default();
     const char *a = NULL, *b = NULL, *output = NULL, *scene;
+    comparison c = {.gain = 1};
     const gn_option options[] = {
         GN_TEXT("a", 'a', "METHOD", &a, "the method to compare with"),
         GN_TEXT("b", 'b', "METHOD", &b, "the method to compare"),
         GN_TEXT("output", 'o', "OUT", &output, "a folder, or a .png"),
+        GN_REAL("gain", 'g', "X", &c.gain, 1, 1000, "factor of the difference picture, default 1"),
         GN_APP_SHOT_OPTIONS(common),
         GN_APP_TIME_OPTION(common),
         GN_APP_MAP_OPTIONS(common),
@@ -318,7 +321,7 @@ int gn_app_compare(int argc, char **argv)
     if (!a || !b)
         return gn_usage_error("compare", "--%s METHOD is missing", a ? "b" : "a");
 
-    comparison c = {.files = cJSON_CreateArray()};
+    c.files = cJSON_CreateArray();
     for (int k = 0; k < 2 && code == GN_GO_ON; k++) {
         const char *name = k ? b : a;
         if (strchr(name, ','))

@@ -28,5 +28,7 @@ pair ray-mip0 sd-evsm
 
 # Three casters one behind the other, and a shadow over a short distance: the moment paper's Figures
 # 9 and 8.
-pair pcf9 nlmsm64 --camera CamUmbrella --cascades 1 --normal-bias 6 -o "$folder/three-casters.png"
-pair nlmsm64 nlmsm32 --reading nearest --cascades 1 --normal-bias 1 -o "$folder/banding.png"
+pair pcf9 nlmsm64 --camera CamUmbrella --cascades 1 --map-size 256 --reading nearest \
+    --normal-bias 8 --gain 20 -o "$folder/three-casters.png"
+pair nlmsm64 nlmsm32 --cascades 1 --reading nearest --depth-bias 0.0005 --gain 20 \
+    -o "$folder/banding.png"
