@@ -27,7 +27,7 @@ demo: build
 	@$(GNOMON) demo -o out/demo
 
 test: build
-	@ctest --test-dir $(BUILD) --output-on-failure
+	@ctest --test-dir $(BUILD) --output-on-failure -j "$$(nproc)"
 
 bench: build
 	@benchmarks/run.sh $(GNOMON)

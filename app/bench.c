@@ -252,8 +252,8 @@ int gn_app_bench(int argc, char **argv)
         "method ray-mip0 is run too, and its errors are against it. Maps are kept from frame to",
         "frame; a frame's time has what it took to bring them up to date, once.",
         "'gnomon bench --filter' measures the filter of shadow maps alone, 'gnomon bench SCENE",
-        "--maps' their drawing, 'gnomon bench SCENE --evaluate' their reading; see their own "
-        "--help.",
+        "--maps' their drawing, 'gnomon bench SCENE --evaluate' their reading; see the --help of",
+        "each.",
         NULL};
     const gn_usage usage = {
         "bench",

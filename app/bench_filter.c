@@ -35,7 +35,7 @@ static const struct named_format {
     {"nlmsm64", {.kind = GN_MAP_NLMSM, .bits = 64}, 3e-7f},
     {"nlmsm32", {.kind = GN_MAP_NLMSM, .bits = 32}, 3e-7f},
 };
-#define FORMAT_COUNT (sizeof formats / sizeof *formats)
+enum { FORMAT_COUNT = sizeof formats / sizeof *formats };
 
 /* What is filtered -----------------------------------------------------------------------------*/
 

@@ -284,9 +284,8 @@ int gn_app_compare(int argc, char **argv)
 {
     static const char *const words[] = {"SCENE", NULL};
     static const char *const notes[] = {
-        "METHOD: a name in 'gnomon methods', or reference: ray-mip0 with 64 samples a pixel, "
-        "camera",
-        "jitter and all.",
+        "METHOD: a name in 'gnomon methods', or reference: ray-mip0 with 64 samples a pixel,",
+        "camera jitter and all.",
         "OUT is a folder for a.png, b.png, difference.png and side-by-side.png, or a .png for the",
         "last of them. In the difference, orange is lighter in B and blue darker.",
         "Pixels that see no surface are left out. A pixel is wrong where visibility differs by",

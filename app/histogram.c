@@ -159,10 +159,9 @@ static int parse(int argc, char **argv, histogram_options *o, const char **scene
     static const char *const words[] = {"SCENE", NULL};
     static const char *const notes[] = {
         "xi4 tells how far a texel's moments are from those of two depths alone: 0 where two are",
-        "enough. It is taken from non-linear moment maps of the chosen lights, all cascades or "
-        "faces",
-        "together, after a Gaussian filter of each sigma (0: none) as wide as five thirds of sigma",
-        "to either side. The plot has the warped values, which are stored, and the logarithm.",
+        "enough. It is taken from non-linear moment maps of the chosen lights, all cascades or",
+        "faces together, after a Gaussian filter of each sigma (0: none) as wide as five thirds of",
+        "sigma to either side. The plot has the warped values, which are stored, and the logarithm.",
         NULL};
     const gn_usage usage = {
         "histogram",

@@ -76,8 +76,10 @@ static bool write_png(const gn_frame *frame, gn_aov aov, const sheet *s, const c
     const size_t texels = (size_t)s->resolution * s->resolution,
                  channels = aov == GN_AOV_MAP ? 1 : 3, row = s->resolution * channels;
     uint8_t *layer = malloc(texels * channels), *picture = malloc(texels * channels * s->layers);
-    bool good = (layer && picture) || gn_app_error(frame->app, "%s: out of memory", name);
-    for (uint32_t l = 0; l < s->layers && good; l++) {
+    bool good = layer && picture;
+    if (!good)
+        gn_app_error(frame->app, "%s: out of memory", name);
+    for (uint32_t l = 0; l < s->layers && layer && picture; l++) {
         if (aov == GN_AOV_MAP)
             paint_depth(s->values + l * texels, texels, layer);
         else

@@ -32,3 +32,6 @@ pair pcf9 nlmsm64 --camera CamUmbrella --cascades 1 --map-size 256 --reading nea
     --normal-bias 8 --gain 20 -o "$folder/three-casters.png"
 pair nlmsm64 nlmsm32 --cascades 1 --reading nearest --depth-bias 0.0005 --gain 20 \
     -o "$folder/banding.png"
+
+# xi4 under filters of several widths: its Figure 4.
+"$gnomon" histogram railing --quiet -o "$folder/xi4.svg"

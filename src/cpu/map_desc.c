@@ -221,7 +221,7 @@ static double normal_bias(const gn_map_format *format, const gn_map_desc *desc)
         texels = format->kind == GN_MAP_MSM ? sqrt(0.5) : 0.0;
     /* To the corners of the window, or two standard deviations: 2 % of the weights lie beyond. */
     if (format->kind == GN_MAP_PCF && !four)
-        texels += fmin(sqrt(2.0) * (format->pcf_width / 2), 2.0 * (double)desc->filter_sigma);
+        texels += fmin(sqrt(2.0) * filter_reach(format, desc), 2.0 * (double)desc->filter_sigma);
     /* The bound of four moments lights a receiver up to y1, for a plane one standard deviation of
      * the filter before the mean; of two texels of plain depth that is half a texel at most. Those
      * of Chebyshev and Markov reach the mean, which concave edges bring nearer by as much. */
