@@ -161,7 +161,7 @@ static int parse(int argc, char **argv, histogram_options *o, const char **scene
         "xi4 tells how far a texel's moments are from those of two depths alone: 0 where two are",
         "enough. It is taken from non-linear moment maps of the chosen lights, all cascades or",
         "faces together, after a Gaussian filter of each sigma (0: none) as wide as five thirds of",
-        "sigma to either side. The plot has the warped values, which are stored, and the logarithm.",
+        "sigma to either side. The plot has the warped values, as stored, and the logarithm.",
         NULL};
     const gn_usage usage = {
         "histogram",
