@@ -59,9 +59,9 @@ static float depth_at(uint32_t x, uint32_t y, uint32_t sample, bool moving)
 {
     const double u = x + 0.25 * (sample % 2) + 0.1, v = y + 0.25 * (double)(sample / 2);
     if (moving)
-        return hypot(u - 20, v - 14) < 7 || fmod(u + v, 83) < 3 ? (float)(0.2 + 0.002 * u) : 1.0f;
+        return hypot(u - 20, v - 14) < 7 || fmod(u + v, 83) < 3 ? (float)(0.2 + 0.0006 * u) : 1.0f;
     if (fmod(u, 17) < 2.4)
-        return (float)(0.3 + 0.001 * v);
+        return (float)(0.3 + 0.0005 * v);
     if (fmod(v, 41) > 33)
         return 1.0f;
     return (float)(0.7 + 0.2 * sin(0.05 * u) * cos(0.07 * v));

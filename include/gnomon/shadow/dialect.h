@@ -351,8 +351,8 @@ GN_FN real gn_exp2(real x)
     return p * gn_from_bits((gn_to_int(whole) + 127) << 23);
 }
 
-/* 2^x for x in [-126, 127], not clamped; relative error < 2e-7, exact for whole x. The polynomial
- * is the best on [-1/2, 1/2]. */
+/* 2^x for x in [-126, 127], not clamped (beyond it any number, up to |x| < 2^31); relative error <
+ * 2e-7, exact for whole x. The polynomial is the best on [-1/2, 1/2]. */
 GN_FN real gn_exp2_inside(real x)
 {
     real whole = gn_floor(x + 0.5f);
@@ -362,7 +362,9 @@ GN_FN real gn_exp2_inside(real x)
     p = p * f + 2.4022242e-1f;
     p = p * f + 6.9314698e-1f;
     p = p * f + 1.0f;
-    return gn_from_bits(gn_bits(p) + gn_to_int(whole) * 0x800000);
+    /* Unsigned, so that any x gives some number. */
+    luint shift = gn_to_unsigned(gn_to_int(whole)) << 23;
+    return gn_from_bits(gn_to_signed(gn_to_unsigned(gn_bits(p)) + shift));
 }
 
 /* Arc tangent, |error| < 1.5e-7, relative error < 2.1e-7 for normal x. Reduced to |z| <= tan(pi/8)
