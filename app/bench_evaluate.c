@@ -12,7 +12,6 @@
 
 #define YARDSTICK "pcf9" /* the dear one, that others are held against */
 
-static const uint32_t sizes[][2] = {{1280, 720}, {1920, 1080}, {3840, 2160}};
 static const uint32_t cascades[] = {1, 3};
 enum { SIZES = 3, CASCADES = 2 };
 
@@ -26,6 +25,7 @@ typedef struct evaluation {
     uint32_t repeats;
     gn_app_method *methods;
     uint32_t count;
+    uint32_t sizes[SIZES][2], size_count;
     evaluate_row rows[GN_APP_MAX_METHODS];
     double
         read[SIZES]; /* share of the pixels that read the map: the others face away, or are sky */
@@ -34,9 +34,9 @@ typedef struct evaluation {
     double *times;
 } evaluation;
 
-static size_t pixels_of(int size)
+static size_t pixels_of(const evaluation *e, uint32_t size)
 {
-    return (size_t)sizes[size][0] * sizes[size][1];
+    return (size_t)e->sizes[size][0] * e->sizes[size][1];
 }
 
 static bool make_map(evaluation *e, const gn_map_format *format, uint32_t count,
@@ -47,10 +47,10 @@ static bool make_map(evaluation *e, const gn_map_format *format, uint32_t count,
     desc.cascades = count;
     return gn_shadow_map_create(app->device, format, &desc, map) == GN_OK &&
            gn_shadow_map_update(*map, app->scene, app->lights[0], app->camera,
-                                (float)sizes[0][0] / (float)sizes[0][1], NULL) == GN_OK;
+                                (float)e->sizes[0][0] / (float)e->sizes[0][1], NULL) == GN_OK;
 }
 
-static bool read_map(evaluation *e, const gn_shadow_map *map, int size, float *layer,
+static bool read_map(evaluation *e, const gn_shadow_map *map, uint32_t size, float *layer,
                      double *nanoseconds)
 {
     gn_map_job job = {.gbuffer = gn_view_gbuffer(e->views[size]),
@@ -60,7 +60,7 @@ static bool read_map(evaluation *e, const gn_shadow_map *map, int size, float *l
     gn_shadow_map_fill_job(map, &job);
     const double start = gn_milliseconds();
     const bool good = gn_cpu_map_visibility(&e->app->device->cpu, &job) == GN_OK;
-    *nanoseconds = (gn_milliseconds() - start) * 1e6 / (double)pixels_of(size);
+    *nanoseconds = (gn_milliseconds() - start) * 1e6 / (double)pixels_of(e, size);
     return good;
 }
 
@@ -68,7 +68,7 @@ static bool read_map(evaluation *e, const gn_shadow_map *map, int size, float *l
 static bool measure(evaluation *e, const gn_shadow_map *map, const gn_shadow_map *yardstick,
                     evaluate_row *row, int c)
 {
-    for (int size = 0; size < SIZES; size++) {
+    for (uint32_t size = 0; size < e->size_count; size++) {
         for (uint32_t i = 0; i <= e->repeats; i++) {
             double *slot = &e->times[i > 0 ? i - 1 : 0];
             if (!read_map(e, map, size, NULL, slot) ||
@@ -87,13 +87,13 @@ static bool measure(evaluation *e, const gn_shadow_map *map, const gn_shadow_map
 static bool count_read(evaluation *e, const gn_shadow_map *map)
 {
     double time;
-    for (int size = 0; size < SIZES; size++) {
+    for (uint32_t size = 0; size < e->size_count; size++) {
         if (!read_map(e, map, size, e->layer, &time))
             return false;
         size_t read = 0;
-        for (size_t i = 0; i < pixels_of(size); i++)
+        for (size_t i = 0; i < pixels_of(e, size); i++)
             read += e->layer[i] >= 0.0f;
-        e->read[size] = (double)read / (double)pixels_of(size);
+        e->read[size] = (double)read / (double)pixels_of(e, size);
     }
     return true;
 }
@@ -117,10 +117,10 @@ static bool measure_cascades(evaluation *e, int c)
 
 static bool make_views(evaluation *e)
 {
-    for (int size = 0; size < SIZES; size++) {
+    for (uint32_t size = 0; size < e->size_count; size++) {
         gn_view_desc desc = gn_app_view_desc(e->app, 1);
-        desc.width = sizes[size][0];
-        desc.height = sizes[size][1];
+        desc.width = e->sizes[size][0];
+        desc.height = e->sizes[size][1];
         if (gn_view_create(e->app->device, &desc, &e->views[size]) != GN_OK ||
             gn_view_trace_gbuffer(e->views[size], e->app->scene, e->app->camera) != GN_OK)
             return false;
@@ -133,8 +133,8 @@ static bool evaluate(evaluation *e)
     gn_app *app = e->app;
     if (app->scene->lights[app->lights[0]].desc.type != GN_LIGHT_DIRECTIONAL)
         return gn_app_error(app, "--evaluate is about cascades: the light must be a sun");
-    e->visibility = calloc(pixels_of(SIZES - 1), sizeof *e->visibility);
-    e->layer = calloc(pixels_of(SIZES - 1), sizeof *e->layer);
+    e->visibility = calloc(pixels_of(e, e->size_count - 1), sizeof *e->visibility);
+    e->layer = calloc(pixels_of(e, e->size_count - 1), sizeof *e->layer);
     e->times = calloc(e->repeats, 2 * sizeof *e->times);
     bool good = e->visibility && e->layer && e->times;
     if (!good)
@@ -143,7 +143,7 @@ static bool evaluate(evaluation *e)
     for (int c = 0; good && c < CASCADES; c++)
         good = measure_cascades(e, c);
     gn_bar_clear(&app->bar);
-    for (int size = 0; size < SIZES; size++)
+    for (uint32_t size = 0; size < e->size_count; size++)
         gn_view_destroy(&e->views[size]);
     free(e->visibility);
     free(e->layer);
@@ -163,15 +163,15 @@ static void print_rows(const evaluation *e)
            e->app->map.resolution, info.threads, info.isa_name, e->repeats);
     for (int c = 0; c < CASCADES; c++) {
         printf("\n%-16s", cascades[c] == 1 ? "one map" : "three cascades");
-        for (int size = 0; size < SIZES; size++) {
+        for (uint32_t size = 0; size < e->size_count; size++) {
             char text[32];
-            snprintf(text, sizeof text, "%u x %u", sizes[size][0], sizes[size][1]);
+            snprintf(text, sizeof text, "%u x %u", e->sizes[size][0], e->sizes[size][1]);
             printf("%14s%10s", text, "/ " YARDSTICK);
         }
         printf("\n");
         for (uint32_t m = 0; m < e->count; m++) {
             printf("%-16s", e->rows[m].name);
-            for (int size = 0; size < SIZES; size++)
+            for (uint32_t size = 0; size < e->size_count; size++)
                 printf("%14.2f%10.3f", e->rows[m].ns[c][size].median,
                        e->rows[m].ns[c][size].median / e->rows[m].yardstick[c][size].median);
             printf("\n");
@@ -179,7 +179,7 @@ static void print_rows(const evaluation *e)
     }
     printf("\nNanoseconds a pixel of the picture, of which %.1f %% read the map, and the share of "
            "what " YARDSTICK " takes in the same turns.\n",
-           100 * e->read[1]);
+           100 * e->read[e->size_count / 2]);
 }
 
 static cJSON *rows_json(const evaluation *e)
@@ -190,14 +190,14 @@ static cJSON *rows_json(const evaluation *e)
     cJSON *list = cJSON_AddArrayToObject(json, "evaluate");
     for (uint32_t m = 0; m < e->count; m++)
         for (int c = 0; c < CASCADES; c++)
-            for (int size = 0; size < SIZES; size++) {
+            for (uint32_t size = 0; size < e->size_count; size++) {
                 const evaluate_row *row = &e->rows[m];
                 cJSON *item = cJSON_CreateObject();
                 cJSON_AddItemToArray(list, item);
                 cJSON_AddStringToObject(item, "name", row->name);
                 cJSON_AddNumberToObject(item, "cascades", cascades[c]);
-                cJSON_AddNumberToObject(item, "width", sizes[size][0]);
-                cJSON_AddNumberToObject(item, "height", sizes[size][1]);
+                cJSON_AddNumberToObject(item, "width", e->sizes[size][0]);
+                cJSON_AddNumberToObject(item, "height", e->sizes[size][1]);
                 cJSON_AddNumberToObject(item, "read", e->read[size]);
                 cJSON_AddNumberToObject(item, "ns_median", row->ns[c][size].median);
                 cJSON_AddNumberToObject(item, "ns_min", row->ns[c][size].min);
@@ -213,9 +213,8 @@ int gn_app_bench_evaluate(int argc, char **argv)
 {
     static const char *const words[] = {"SCENE", NULL};
     static const char *const notes[] = {
-        "The maps of a sun, one and three cascades, are made once and read for pictures of 1280 x "
-        "720,",
-        "1920 x 1080 and 3840 x 2160 pixels, in turns with " YARDSTICK ".", NULL};
+        "The maps of a sun, one and three cascades, are made once and read for pictures of --size,",
+        "or else of 1280x720, 1920x1080 and 3840x2160 pixels, in turns with " YARDSTICK ".", NULL};
     const gn_usage usage = {"bench",
                             "time of reading shadow maps, a pixel",
                             "SCENE --evaluate [options]",
@@ -224,7 +223,9 @@ int gn_app_bench_evaluate(int argc, char **argv)
                             {"gnomon bench grove --evaluate",
                              "gnomon bench scene.glb --evaluate --methods vsm,nlmsm64 --json > "
                              "evaluate.json"}};
+    static const uint32_t usual[SIZES][2] = {{1280, 720}, {1920, 1080}, {3840, 2160}};
     gn_app_options common = gn_app_options_default();
+    memset(common.size, 0, sizeof common.size); /* not given */
     evaluation *e = calloc(1, sizeof *e);
     gn_app_method methods[GN_APP_MAX_METHODS] = {0};
     const char *list = "maps", *name;
@@ -249,6 +250,9 @@ int gn_app_bench_evaluate(int argc, char **argv)
         free(e);
         return code != GN_GO_ON ? code : GN_EXIT_USAGE;
     }
+    const bool given = common.size[0] > 0;
+    if (!given)
+        memcpy(common.size, usual[1], sizeof common.size);
     gn_app app = {0};
     bool good = gn_app_open(&app, "bench", &common) && gn_app_use_methods(&app, methods, count) &&
                 gn_app_load(&app, name) && gn_app_choose(&app);
@@ -259,6 +263,8 @@ int gn_app_bench_evaluate(int argc, char **argv)
         e->repeats = repeats;
         e->methods = methods;
         e->count = count;
+        e->size_count = given ? 1 : SIZES;
+        memcpy(e->sizes, given ? common.size : usual[0], e->size_count * sizeof *e->sizes);
         good = evaluate(e);
     }
     if (good && common.json)

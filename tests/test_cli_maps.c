@@ -441,6 +441,30 @@ static void test_bench_maps(void **state)
     expect(2, "bench --maps");
 }
 
+static void test_bench_evaluate(void **state)
+{
+    (void)state;
+    expect(0,
+           "bench railing --evaluate --methods sm,nlmsm32 --map-size 64 --size 64x48 --repeats 1 "
+           "--quiet --json");
+    cJSON *json = parse_output();
+    assert_int_equal(cJSON_GetArraySize(member(json, "evaluate")), 4);
+    for (int i = 0; i < 4; i++) {
+        const cJSON *row = item(json, "evaluate", i);
+        const double ns = get_number(row, "ns_median"), pcf9 = get_number(row, "ns_pcf9");
+        assert_string_equal(get_string(row, "name"), i < 2 ? "sm" : "nlmsm32");
+        assert_int_equal((int)get_number(row, "cascades"), i % 2 ? 3 : 1);
+        assert_int_equal((int)get_number(row, "width"), 64);
+        if (!(ns > 0) || fabs(get_number(row, "ratio_pcf9") * pcf9 / ns - 1) > 1e-9)
+            fail_msg("a ratio of %g for %g and %g ns", get_number(row, "ratio_pcf9"), ns, pcf9);
+        assert_true(get_number(row, "read") > 0.3 && get_number(row, "read") <= 1);
+    }
+    cJSON_Delete(json);
+    expect(1, "bench leafbox --evaluate --methods sm --map-size 64 --size 64x48 --quiet");
+    expect(2, "bench railing --evaluate --methods ray");
+    expect(2, "bench --evaluate");
+}
+
 static void test_histogram(void **state)
 {
     (void)state;
@@ -491,6 +515,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_bench, setup, teardown),
         cmocka_unit_test_setup_teardown(test_bench_filter, setup, teardown),
         cmocka_unit_test_setup_teardown(test_bench_maps, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_bench_evaluate, setup, teardown),
         cmocka_unit_test_setup_teardown(test_histogram, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
