@@ -27,7 +27,8 @@ static inline double next_random(void)
 static inline vec random_direction(void)
 {
     for (;;) {
-        const vec v = v3(2 * next_random() - 1, 2 * next_random() - 1, 2 * next_random() - 1);
+        const double x = 2 * next_random() - 1, y = 2 * next_random() - 1;
+        const vec v = v3(x, y, 2 * next_random() - 1);
         if (length(v) < 1 && length(v) > 0.1)
             return unit(v);
     }

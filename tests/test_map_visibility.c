@@ -249,7 +249,7 @@ static reference read_in_double(const gn_map_job *job, const layers *l, uint32_t
 static size_t check(const gn_map_job *job, const layers *l, const char *what)
 {
     const gn_map_format *f = &job->format;
-    const double tolerance = f->kind >= GN_MAP_MSM ? 2e-3 : 5e-4;
+    const double tolerance = f->kind >= GN_MAP_EVSM ? 2e-3 : 5e-4;
     size_t unsure = 0, between = 0;
     read_map(job);
     for (uint32_t i = 0; i < PIXELS; i++) {
