@@ -5,13 +5,14 @@ BUILD = build/release
 GNOMON = $(BUILD)/bin/gnomon
 PREFIX = /usr/local
 
-.PHONY: help build demo test bench format clean install
+.PHONY: help build demo test bench figures format clean install
 
 help:
 	@echo "make demo      render the built-in scene with every method: out/demo/index.html"
 	@echo "make test      build and run the tests"
 	@echo "make bench     the tables of docs/benchmarks.md: times, flicker and errors of the methods on"
 	@echo "               built-in scenes, and on those of the folder GNOMON_SCENES, if set"
+	@echo "make figures   the pictures of docs/methods.md"
 	@echo "make build     build into $(BUILD); the program is $(GNOMON)"
 	@echo "make install   install into PREFIX, $(PREFIX)"
 	@echo "make format    bring all C files into the project's style (clang-format)"
@@ -31,6 +32,9 @@ test: build
 
 bench: build
 	@benchmarks/run.sh $(GNOMON)
+
+figures: build
+	@scripts/figures.sh $(GNOMON)
 
 install: build
 	cmake --install $(BUILD) --prefix $(PREFIX)
