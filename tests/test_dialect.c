@@ -12,21 +12,9 @@
 #include <gnomon/shadow/dialect.h>
 #include <gnomon/shadow/dialect_end.h>
 
+#include "bits_testing.h"
+
 #define EXPONENT(e) ((uint32_t)((e) + 127) << 23) /* bits of 2^e */
-
-static float from_bits(uint32_t bits)
-{
-    float x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-static uint32_t to_bits(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
 
 static uint32_t random_bits(uint32_t *state)
 {

@@ -10,6 +10,7 @@
 
 #include <gnomon/shadow/moments_nonlinear.h>
 
+#include "bits_testing.h"
 #include "distribution_testing.h"
 
 /* Section 3.3, as printed. */
@@ -23,20 +24,6 @@ static double psi4_inverse(double warped)
 {
     const double low = log(log(1.2)), high = log(log(0.25e7));
     return exp(exp(low + warped * (high - low))) * 1e-7;
-}
-
-static float from_bits(uint32_t bits)
-{
-    float x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-static uint32_t to_bits(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
 }
 
 static void test_log2_polynomial(void **state)

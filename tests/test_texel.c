@@ -11,21 +11,8 @@
 #include <gnomon/shadow/depth.h>
 #include <gnomon/shadow/texel.h>
 
+#include "bits_testing.h"
 #include "distribution_testing.h"
-
-static float from_bits(uint32_t bits)
-{
-    float x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-static uint32_t to_bits(float x)
-{
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
 
 static void test_unorm16_codes(void **state)
 {

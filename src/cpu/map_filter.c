@@ -196,12 +196,7 @@ gn_result gn_cpu_filter(const gn_cpu *cpu, const gn_filter_job *job)
 
 size_t gn_map_chain_texels(uint32_t resolution, bool mip_maps)
 {
-    size_t texels = (size_t)resolution * resolution;
-    while (mip_maps && resolution > 1) {
-        resolution /= 2;
-        texels += (size_t)resolution * resolution;
-    }
-    return texels;
+    return mip_maps ? gn_chain_texels(resolution, resolution) : (size_t)resolution * resolution;
 }
 
 typedef struct mip_run {
