@@ -25,7 +25,8 @@ GN_FN real gn_esm_of(real depth, real c)
 }
 
 /* Markov's inequality: an upper bound of P(stored >= receiver), [0,1]; sharp over all distributions
- * on the real line with this moment. Receivers beyond [0,1] are taken to its ends. */
+ * on the real line with this moment. moment: >= 0, as gn_esm_of() and averages of it are. Receivers
+ * beyond [0,1] are taken to its ends. */
 GN_FN real gn_esm_visibility(real moment, real c, real receiver)
 {
     real d = gn_clamp(receiver, K(0.0f), K(1.0f));
