@@ -24,7 +24,12 @@ typedef enum gn_alpha_rule {
 } gn_alpha_rule;
 
 /* Which pixels get a shadow ray. */
-typedef enum gn_trace_rule { GN_TRACE_ALL = 0, GN_TRACE_NONE = 1 } gn_trace_rule;
+typedef enum gn_trace_rule {
+    GN_TRACE_ALL = 0,
+    GN_TRACE_NONE = 1,
+    GN_TRACE_LEAK = 2 /* those of which the map is unsure, and those that the mask of the frame
+                         before asks for (leak tracing paper, section 3) */
+} gn_trace_rule;
 
 /* What the light's view stores. */
 typedef enum gn_map_kind {
@@ -66,6 +71,7 @@ typedef struct gn_method {
     const char *paper;       /* where it comes from, "" if our own */
     gn_map_format map;
     gn_trace_rule trace;
+    bool mask;           /* LEAK: with the temporal mask (lt-*); else the test alone (ltt-*) */
     gn_alpha_rule alpha; /* of rays; maps have their own (gn_map_desc.alpha) */
 } gn_method;
 

@@ -49,6 +49,9 @@ typedef struct gn_map_desc {
     uint32_t split_count;   /* 0 (default): by split_weight; else == cascades */
     float splits[8];        /* far end of each cascade as a share of distance, (0, 1], increasing,
                                the last 1 */
+    uint32_t undrawn;       /* directional lights: so many cascades at the far end are left out, [0,
+                               cascades]; what lies there is lit, or gets a ray (leak tracing).
+                               GN_NONE (default): 0; in leak tracing 1 of 2 or more cascades */
     float enlarge;          /* [0, 1], default 0.15: share by which a cascade is made larger than
                                its need, so that it can be reused as the camera moves */
     uint32_t filter_width;  /* texels, odd, [1, 33], default 9; 1: no filter */
@@ -64,6 +67,10 @@ typedef struct gn_map_desc {
                                the format's rounding needs */
     float moment_bias;      /* MSM, NLMSM: [0, 1]; < 0 (default): 6e-5 at 64 bits, 3e-7 at 128 and
                                for NLMSM (moment paper, section 3.2) */
+    uint32_t refresh;       /* updates over which a layer that is placed anew is drawn, [1, 64]; 0
+                               (default): 1, at once; in leak tracing 8. More than 1: an old layer stays
+                               in use until the new one       is whole, and what no layer holds is lit, or gets
+                               a ray (leak       tracing) */
     uint32_t seed;          /* of the noise, default 0 */
 } gn_map_desc;
 
@@ -80,6 +87,7 @@ GN_API void gn_shadow_map_destroy(gn_shadow_map **map);
 /* What an update did. */
 typedef struct gn_map_update {
     uint32_t fitted;            /* layers that were placed anew; the others were reused */
+    uint32_t pending;           /* layers of which a part was drawn that are not in use yet */
     uint32_t filtered;          /* layers whose texels were made again */
     double depth_ms, filter_ms; /* rasterization; resolve, filter and quantization */
 } gn_map_update;

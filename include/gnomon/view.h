@@ -44,17 +44,60 @@ typedef struct gn_view_desc {
                                jitter, geometry and all */
 } gn_view_desc;
 
-/* What a method remembers from frame to frame: the shadow maps of each light.
+/* What a method remembers from frame to frame: the shadow maps of each light, and the masks of leak
+ * tracing.
  *
  * Thread-safety: one thread at a time. */
 typedef struct gn_history gn_history;
 
 GN_API gn_result gn_history_create(gn_device *device, gn_history **history);
 GN_API void gn_history_destroy(gn_history **history);
-/* Forgets everything, as at a camera cut. */
+/* Forgets everything. */
 GN_API void gn_history_reset(gn_history *history);
+/* A camera cut: forgets what belongs to the picture (masks, depth) and keeps the maps, which belong
+ * to the world. A change of size or camera does the same by itself. */
+GN_API void gn_history_cut(gn_history *history);
+/* Writes a history to a file, from which gn_history_load() makes one that goes on with the same
+ * bits, for the same scene at the same time. Maps are written as places and drawn again. */
+GN_API gn_result gn_history_save(const gn_history *history, const char *path);
+/* Refuses files that are damaged or belong to another scene. */
+GN_API gn_result gn_history_load(const gn_scene *scene, const char *path, gn_history **history);
+/* Bytes of masks and depth; of maps, see gn_shadow_map_bytes(). */
+GN_API size_t gn_history_mask_bytes(const gn_history *history);
 /* The map of a light as of the last frame, or NULL. Owned by the history. */
 GN_API const gn_shadow_map *gn_history_map(const gn_history *history, uint32_t light);
+
+/* Which neighbours in the mask are asked. */
+typedef enum gn_leak_kernel {
+    GN_LEAK_GATHER = 0, /* 2x2, which in four frames cover 3x3 */
+    GN_LEAK_FULL = 1    /* 3x3 */
+} gn_leak_kernel;
+
+typedef enum gn_switch { GN_SWITCH_AUTO = 0, GN_SWITCH_OFF = 1, GN_SWITCH_ON = 2 } gn_switch;
+
+/* Leak tracing (leak tracing paper, section 3). */
+typedef struct gn_leak_desc {
+    float epsilon;         /* a map's test below it is shadow, above 1 - epsilon light, between them
+                              a ray is traced (Equation 3); [0, 0.49], default 0.01 */
+    gn_leak_kernel kernel; /* default GATHER */
+    bool expand, remove;   /* rays that the mask adds (Equation 6), takes away (Equation 8); default
+                              true. Without the method's mask they do nothing */
+    gn_switch
+        depth_test; /* take rays away only where the camera's depth was the same a frame ago,
+                       within 10 %; AUTO (default): for ESM and four moments (section 3.1.2) */
+} gn_leak_desc;
+
+/* What a pixel was in the eyes of leak tracing (Table 1), as in the temporal mask: bits LTT, ST, RS
+ * of gnomon/shadow/leak.h. */
+typedef enum gn_leak_class {
+    GN_LEAK_BLACK = 0,   /* lit: no ray */
+    GN_LEAK_RED = 1,     /* test lit, ray lit */
+    GN_LEAK_GREEN = 2,   /* in shadow: no ray */
+    GN_LEAK_YELLOW = 3,  /* test in shadow, ray lit */
+    GN_LEAK_NOTHING = 4, /* no surface, or it faces away from the light (black in the paper) */
+    GN_LEAK_PURPLE = 5,  /* test lit, ray in shadow */
+    GN_LEAK_WHITE = 7    /* test in shadow, ray in shadow */
+} gn_leak_class;
 
 /* How visibility is found. */
 typedef struct gn_visibility_desc {
@@ -72,17 +115,32 @@ typedef struct gn_visibility_desc {
     gn_history *history; /* keeps maps between frames; NULL (default): made for this call alone.
                             One scene and one camera at a time; a change of method, map settings
                             or scene starts it anew */
+    gn_leak_desc leak;   /* of methods with GN_TRACE_LEAK; their mask needs a history */
     uint32_t camera;     /* whose picture the G-buffer is, default 0; gn_view_render() sets it */
     uint32_t frame;      /* number of the frame, default 0: turns the noise */
 } gn_visibility_desc;
+
+/* Pixels that leak tracing looked at. */
+typedef struct gn_leak_counts {
+    uint64_t tested;   /* by a map */
+    uint64_t unsure;   /* of them, by the map's test (Equation 3) */
+    uint64_t expanded; /* sure, and traced for the mask's sake */
+    uint64_t removed;  /* unsure, and not traced for the mask's sake */
+    uint64_t lost;     /* traced since they were not seen in the frame before */
+    uint64_t unheld;   /* traced since no layer of the map holds them */
+} gn_leak_counts;
 
 /* Optional facts, one value a pixel each; any pointer may be NULL. Make it zero first. */
 typedef struct gn_visibility_stats {
     float *lod;        /* the coarsest level of detail read on the ray's way, in mips; 0 if none */
     float *lookups;    /* alpha lookups on the ray's way */
     float *layer;      /* methods with a map: cascade or face that was read; -1 where none */
+    float *test;       /* methods with a map: its test, [0,1]; 1 where it was not asked */
+    float *traced;     /* 1 where a ray was traced, else 0 */
+    float *leak_class; /* leak tracing: gn_leak_class; NOTHING with other methods */
     uint64_t rays;     /* out: rays traced */
-    gn_map_update map; /* out: what was done to the map */
+    gn_leak_counts leak;      /* out */
+    gn_map_update map;        /* out: what was done to the map */
     double test_ms, trace_ms; /* out: reading the map; tracing rays */
 } gn_visibility_stats;
 

@@ -105,6 +105,7 @@ void gn_cpu_map_mips(const struct gn_cpu *cpu, const gn_map_format *format, uint
 typedef struct gn_map_layer {
     gn_map_projection projection;
     float *depth[2];  /* by gn_casters: static, dynamic (NULL where nothing moves) */
+    gn_rect touched;  /* texels that moving casters may have changed, filtering included */
     uint32_t *texels; /* a chain of mips where the map has them; NULL where depth is read */
 } gn_map_layer;
 

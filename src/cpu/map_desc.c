@@ -12,6 +12,7 @@ gn_map_desc gn_map_desc_default(void)
                          .samples = 1,
                          .cascades = 4,
                          .split_weight = 0.85f,
+                         .undrawn = GN_NONE,
                          .enlarge = 0.15f,
                          .filter_width = 9,
                          .filter_sigma = 2.4f,

@@ -77,12 +77,12 @@ static bool same_settings(const gn_map_desc *a, const gn_map_desc *b)
     return a->resolution == b->resolution && a->samples == b->samples && a->alpha == b->alpha &&
            a->cascades == b->cascades && a->distance == b->distance &&
            a->split_weight == b->split_weight && a->split_count == b->split_count &&
-           memcmp(a->splits, b->splits, sizeof a->splits) == 0 && a->enlarge == b->enlarge &&
-           a->filter_width == b->filter_width && a->filter_sigma == b->filter_sigma &&
-           a->mip_maps == b->mip_maps && a->reading == b->reading &&
-           a->depth_bias == b->depth_bias && a->normal_bias == b->normal_bias &&
-           a->minimum_variance == b->minimum_variance && a->moment_bias == b->moment_bias &&
-           a->seed == b->seed;
+           memcmp(a->splits, b->splits, sizeof a->splits) == 0 && a->undrawn == b->undrawn &&
+           a->enlarge == b->enlarge && a->filter_width == b->filter_width &&
+           a->filter_sigma == b->filter_sigma && a->mip_maps == b->mip_maps &&
+           a->reading == b->reading && a->depth_bias == b->depth_bias &&
+           a->normal_bias == b->normal_bias && a->minimum_variance == b->minimum_variance &&
+           a->moment_bias == b->moment_bias && a->refresh == b->refresh && a->seed == b->seed;
 }
 
 gn_result gn_history_reserve_map(gn_history *history, const gn_scene *scene, uint32_t light,

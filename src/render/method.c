@@ -10,13 +10,19 @@
 #define RAY(name, description, paper, alpha)                                                       \
     &(const gn_method)                                                                             \
     {                                                                                              \
-        name, description, paper, {.kind = GN_MAP_NONE}, GN_TRACE_ALL, alpha                       \
+        name, description, paper, {.kind = GN_MAP_NONE}, GN_TRACE_ALL, false, alpha                \
     }
 /* What is left: the members of gn_map_format. Maps test alpha, so that is what they stand beside.*/
 #define MAP(name, description, paper, ...)                                                         \
     &(const gn_method)                                                                             \
     {                                                                                              \
-        name, description, paper, {__VA_ARGS__}, GN_TRACE_NONE, GN_ALPHA_RULE_TEST                 \
+        name, description, paper, {__VA_ARGS__}, GN_TRACE_NONE, false, GN_ALPHA_RULE_TEST          \
+    }
+/* Leak tracing over the same maps, with its mask or by the test alone. */
+#define LEAK(name, description, paper, mask, ...)                                                  \
+    &(const gn_method)                                                                             \
+    {                                                                                              \
+        name, description, paper, {__VA_ARGS__}, GN_TRACE_LEAK, mask, GN_ALPHA_RULE_SATURATE       \
     }
 #define EVSM(bits_, positive, negative)                                                            \
     .kind = GN_MAP_EVSM, .bits = (bits_), .positive_exponent = (positive),                         \
@@ -73,6 +79,33 @@ const gn_method *const gn_methods[] = {
         LEAK_TRACING, EVSM(128, 20.0f, 5.0f), .single_depth = true),
     MAP("sd-msm", "plain depth, four moments made of the four depths that are read", LEAK_TRACING,
         .kind = GN_MAP_MSM, .bits = 128, .single_depth = true),
+    LEAK("lt-vsm", "leak tracing over two moments: rays at edges and leaks alone", LEAK_TRACING,
+         true, .kind = GN_MAP_VSM, .bits = 64, .single_depth = true),
+    LEAK("lt-evsm", "leak tracing over exponentials and squares: a little surer than lt-vsm",
+         LEAK_TRACING, true, EVSM(128, 20.0f, 5.0f), .single_depth = true),
+    LEAK("lt-esm", "leak tracing over exponentials: more rays, and errors that lt-vsm has not",
+         LEAK_TRACING, true, .kind = GN_MAP_ESM, .bits = 32, .positive_exponent = 80.0f,
+         .single_depth = true),
+    LEAK("lt-msm", "leak tracing over four moments", LEAK_TRACING, true, .kind = GN_MAP_MSM,
+         .bits = 128, .single_depth = true),
+    LEAK("lt-nlmsm64", "leak tracing over filtered moments of 64 bits", "", true,
+         .kind = GN_MAP_NLMSM, .bits = 64),
+    LEAK("lt-nlmsm32", "leak tracing over filtered moments of 32 bits", "", true,
+         .kind = GN_MAP_NLMSM, .bits = 32),
+    LEAK("ltt-vsm", "the leak test alone over two moments: no mask, some errors", LEAK_TRACING,
+         false, .kind = GN_MAP_VSM, .bits = 64, .single_depth = true),
+    LEAK("ltt-evsm", "the leak test alone over exponentials and squares", LEAK_TRACING, false,
+         EVSM(128, 20.0f, 5.0f), .single_depth = true),
+    LEAK("ltt-esm", "the leak test alone over exponentials", LEAK_TRACING, false,
+         .kind = GN_MAP_ESM, .bits = 32, .positive_exponent = 80.0f, .single_depth = true),
+    LEAK("ltt-msm", "the leak test alone over four moments", LEAK_TRACING, false,
+         .kind = GN_MAP_MSM, .bits = 128, .single_depth = true),
+    LEAK("ltt-nlmsm64", "the leak test alone over filtered moments of 64 bits", "", false,
+         .kind = GN_MAP_NLMSM, .bits = 64),
+    LEAK("ltt-nlmsm32", "the leak test alone over filtered moments of 32 bits", "", false,
+         .kind = GN_MAP_NLMSM, .bits = 32),
+    LEAK("hybrid-pcf", "rays where four depths disagree (AMD 2021), with leak tracing's mask",
+         LEAK_TRACING, true, .kind = GN_MAP_PCF, .bits = 32, .pcf_width = 2),
     NULL,
 };
 

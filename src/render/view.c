@@ -40,6 +40,7 @@ gn_visibility_desc gn_visibility_desc_default(void)
                                 .method = gn_method_find("ray"),
                                 .rescale_alpha = true,
                                 .map = gn_map_desc_default(),
+                                .leak = {.epsilon = 0.01f, .expand = true, .remove = true},
                                 .cutoff = 0.01f};
 }
 

@@ -91,6 +91,8 @@ gn_result gn_scene_visibility(const gn_scene *scene, const gn_gbuffer *gbuffer,
         clear(stats->layer, -1.0f, gbuffer);
         return trace_all(scene, gbuffer, desc, visibility, stats);
     }
+    if (desc->method->trace == GN_TRACE_LEAK)
+        return gn_fail(context, GN_ERROR_UNSUPPORTED, "leak tracing is being built");
     if (!has_map)
         return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
                        "method %s neither traces rays nor reads a map", desc->method->name);
