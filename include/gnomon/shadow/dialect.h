@@ -8,9 +8,10 @@
  *                             GN_MAKE3 and GN_MAKE4 of three and four
  *   K(x)                      a constant that stands alone (argument, select arm, return value);
  *                             beside a real a plain constant promotes by itself
+ *   gn_splat_int(i)           the same for a lint
  *   gn_select(m, a, b)        m ? a : b, lane by lane; there is no `if`
  *   gn_select_int(m, a, b)    the same of lints
- *   gn_and, gn_or, gn_not     on masks; comparisons of reals give masks
+ *   gn_and, gn_or, gn_not     on masks; comparisons give masks, and of masks != is exclusive or
  *   gn_bits, gn_from_bits     a real's bits as a lint, and back
  *   gn_to_int, gn_to_real     conversions of a number; gn_to_signed, gn_to_unsigned keep the bits
  *   gn_abs, gn_min, gn_max, gn_clamp, gn_clamp_positive, gn_sqrt, gn_floor, gn_log2,
@@ -63,6 +64,10 @@ static inline float gn_splat(float x)
 {
     return x;
 }
+static inline int32_t gn_splat_int(int32_t i)
+{
+    return i;
+}
 static inline float gn_select(int m, float a, float b)
 {
     return m ? a : b;
@@ -109,6 +114,10 @@ static inline float gn_floor(float x)
 static inline gn_real gn_splat(float x)
 {
     return x - (gn_real){0};
+}
+static inline gn_lint gn_splat_int(int32_t i)
+{
+    return i - (gn_lint){0};
 }
 static inline gn_real gn_select(gn_mask m, gn_real a, gn_real b)
 {
@@ -180,6 +189,10 @@ static inline gn_mask gn_or(gn_mask a, gn_mask b)
 float gn_splat(float x)
 {
     return x;
+}
+int gn_splat_int(int i)
+{
+    return i;
 }
 float gn_select(bool m, float a, float b)
 {
