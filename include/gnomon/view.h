@@ -45,7 +45,10 @@ typedef struct gn_view_desc {
 } gn_view_desc;
 
 /* What a method remembers from frame to frame: the shadow maps of each light, and the masks of leak
- * tracing.
+ * tracing. A frame begins when a light comes round again, and with gn_view_render(). What belongs to
+ * the picture is trusted only where it is of the frame just before; where it is not (the first
+ * frame, a light that was left out, another size or camera, nodes that were added, a cut) the frame
+ * is right all the same, and costs more rays.
  *
  * Thread-safety: one thread at a time. */
 typedef struct gn_history gn_history;
@@ -57,10 +60,12 @@ GN_API void gn_history_reset(gn_history *history);
 /* A camera cut: forgets what belongs to the picture (masks, depth) and keeps the maps, which belong
  * to the world. A change of size or camera does the same by itself. */
 GN_API void gn_history_cut(gn_history *history);
+/* Forgets the maps and keeps the rest: the next frame places and draws them anew. */
+GN_API void gn_history_reset_maps(gn_history *history);
 /* Writes a history to a file, from which gn_history_load() makes one that goes on with the same
  * bits, for the same scene at the same time. Maps are written as places and drawn again. */
 GN_API gn_result gn_history_save(const gn_history *history, const char *path);
-/* Refuses files that are damaged or belong to another scene. */
+/* Refuses files that are damaged or belong to another scene. After an error *history is NULL. */
 GN_API gn_result gn_history_load(const gn_scene *scene, const char *path, gn_history **history);
 /* Bytes of masks and depth; of maps, see gn_shadow_map_bytes(). */
 GN_API size_t gn_history_mask_bytes(const gn_history *history);
@@ -155,10 +160,16 @@ GN_API gn_result gn_view_create(gn_device *device, const gn_view_desc *desc, gn_
 GN_API void gn_view_destroy(gn_view **view);
 
 /* One whole frame of a committed scene: G-buffer, visibility of the count lights, shaded image.
- * desc->light is ignored. Remembers the camera and the nodes for the next frame's motion. */
+ * desc->light is ignored. Remembers the camera and the nodes for the next frame's motion. Of several
+ * samples a pixel each is a picture of its own: its motion leads to the frame before, not to the
+ * sample before, so the history is cut before each (leak tracing then uses no mask). */
 GN_API gn_result gn_view_render(gn_view *view, const gn_scene *scene, uint32_t camera,
                                 const gn_visibility_desc *desc, const uint32_t *lights,
                                 uint32_t light_count);
+
+/* Facts that each gn_view_render() from now on fills in, one a light, of several samples the last;
+ * NULL (as at first): no more. The caller's, as are their planes. */
+GN_API void gn_view_set_stats(gn_view *view, gn_visibility_stats *stats);
 
 /* Results of the last gn_view_render(); owned by the view, valid until its next call. */
 GN_API const gn_gbuffer *gn_view_gbuffer(const gn_view *view);
@@ -166,8 +177,21 @@ GN_API const float *gn_view_visibility(const gn_view *view, uint32_t nth_light);
 GN_API const float *gn_view_image(const gn_view *view); /* linear RGB, 3 floats a pixel */
 GN_API gn_timings gn_view_timings(const gn_view *view);
 
-/* Forgets the frame before: motion of the next frame is zero. Call it at a camera cut. */
+/* A camera cut: forgets the frame before, so that motion of the next frame is zero, and cuts the
+ * view's own history (gn_history_cut()). Shadow maps are kept. */
 GN_API void gn_view_reset_history(gn_view *view);
+
+/* The view's own history, which gn_view_render() uses where desc->history is NULL. Owned by the
+ * view, which makes another one in gn_view_load_history(). */
+GN_API gn_history *gn_view_history(gn_view *view);
+
+/* A sequence that goes on in another process, with the same bits: gn_history_save() of the view's
+ * own history, and with it the frame before, against which motion is measured. */
+GN_API gn_result gn_view_save_history(const gn_view *view, const char *path);
+/* Takes what gn_view_save_history() wrote in place of the view's own history and frame before; then
+ * the next frame can be rendered. Refuses files that are damaged, of another scene, of a picture of
+ * another size, or written by gn_history_save(); after an error the view is unchanged. */
+GN_API gn_result gn_view_load_history(gn_view *view, const gn_scene *scene, const char *path);
 
 /* The passes alone. gn_view_trace_gbuffer() fills the view's G-buffer and advances its history. */
 GN_API gn_result gn_view_trace_gbuffer(gn_view *view, const gn_scene *scene, uint32_t camera);

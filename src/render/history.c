@@ -37,6 +37,13 @@ void gn_history_reset(gn_history *history)
     history->scene = 0;
 }
 
+void gn_history_reset_maps(gn_history *history)
+{
+    for (uint32_t i = 0; i < history->count; i++)
+        if (history->entries[i].map)
+            gn_shadow_map_reset(history->entries[i].map);
+}
+
 void gn_history_destroy(gn_history **history)
 {
     if (!history || !*history)

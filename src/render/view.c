@@ -27,6 +27,7 @@ struct gn_view {
     gn_timings timings;
     last_frame last;
     gn_history *history;
+    gn_visibility_stats *stats; /* the caller's, one a light, or NULL */
 };
 
 gn_view_desc gn_view_desc_default(void)
@@ -140,6 +141,11 @@ const float *gn_view_image(const gn_view *view)
 gn_timings gn_view_timings(const gn_view *view)
 {
     return view->timings;
+}
+
+void gn_view_set_stats(gn_view *view, gn_visibility_stats *stats)
+{
+    view->stats = stats;
 }
 
 void gn_view_reset_history(gn_view *view)
@@ -294,12 +300,12 @@ static gn_result render_sample(gn_view *view, const gn_scene *scene, uint32_t ca
         one.camera = camera;
         one.frame = desc->frame * view->desc.samples + sample;
         one.history = desc->history ? desc->history : view->history;
-        gn_visibility_stats stats = {0};
-        GN_TRY(gn_scene_visibility(scene, &view->gbuffer, &one, visibility + i * pixels, &stats));
-        view->timings.shadow_map += stats.map.depth_ms;
-        view->timings.filter += stats.map.filter_ms;
-        view->timings.test += stats.test_ms;
-        view->timings.trace += stats.trace_ms;
+        gn_visibility_stats unused = {0}, *stats = view->stats ? &view->stats[i] : &unused;
+        GN_TRY(gn_scene_visibility(scene, &view->gbuffer, &one, visibility + i * pixels, stats));
+        view->timings.shadow_map += stats->map.depth_ms;
+        view->timings.filter += stats->map.filter_ms;
+        view->timings.test += stats->test_ms;
+        view->timings.trace += stats->trace_ms;
         shade_lights[i] = (gn_shade_light){&scene->lights[lights[i]], visibility + i * pixels};
     }
     view->timings.visibility += gn_milliseconds() - start;
