@@ -45,8 +45,8 @@ typedef struct gn_view_desc {
 } gn_view_desc;
 
 /* What a method remembers from frame to frame: the shadow maps of each light, and the masks of leak
- * tracing. A frame begins when a light comes round again, and with gn_view_render(). What belongs to
- * the picture is trusted only where it is of the frame just before; where it is not (the first
+ * tracing. A frame begins when a light comes round again, and with gn_view_render(). What belongs
+ * to the picture is trusted only where it is of the frame just before; where it is not (the first
  * frame, a light that was left out, another size or camera, nodes that were added, a cut) the frame
  * is right all the same, and costs more rays.
  *
@@ -160,9 +160,9 @@ GN_API gn_result gn_view_create(gn_device *device, const gn_view_desc *desc, gn_
 GN_API void gn_view_destroy(gn_view **view);
 
 /* One whole frame of a committed scene: G-buffer, visibility of the count lights, shaded image.
- * desc->light is ignored. Remembers the camera and the nodes for the next frame's motion. Of several
- * samples a pixel each is a picture of its own: its motion leads to the frame before, not to the
- * sample before, so the history is cut before each (leak tracing then uses no mask). */
+ * desc->light is ignored. Remembers the camera and the nodes for the next frame's motion. Of
+ * several samples a pixel each is a picture of its own: its motion leads to the frame before, not
+ * to the sample before, so the history is cut before each (leak tracing then uses no mask). */
 GN_API gn_result gn_view_render(gn_view *view, const gn_scene *scene, uint32_t camera,
                                 const gn_visibility_desc *desc, const uint32_t *lights,
                                 uint32_t light_count);
@@ -181,8 +181,7 @@ GN_API gn_timings gn_view_timings(const gn_view *view);
  * view's own history (gn_history_cut()). Shadow maps are kept. */
 GN_API void gn_view_reset_history(gn_view *view);
 
-/* The view's own history, which gn_view_render() uses where desc->history is NULL. Owned by the
- * view, which makes another one in gn_view_load_history(). */
+/* The view's own history, which gn_view_render() uses where desc->history is NULL. */
 GN_API gn_history *gn_view_history(gn_view *view);
 
 /* A sequence that goes on in another process, with the same bits: gn_history_save() of the view's
