@@ -45,8 +45,11 @@ typedef struct gn_depth_job {
     gn_casters casters;
     gn_map_alpha alpha;
     uint32_t samples;
+    uint32_t part, parts; /* this part of so many alone, [0, parts); parts 0: everything. Parts draw
+                             different texels: all of them together are the whole, bit for bit, in
+                             any order */
     float *depth;
-    gn_rect covered; /* out: holds every texel that is not 1 */
+    gn_rect covered; /* out: holds every texel of the part that is not 1 */
 } gn_depth_job;
 
 extern const float gn_map_samples[4][2]; /* in the texel, [0,1]: the standard pattern of four */
@@ -104,6 +107,7 @@ void gn_cpu_map_mips(const struct gn_cpu *cpu, const gn_map_format *format, uint
 
 typedef struct gn_map_layer {
     gn_map_projection projection;
+    uint32_t index;   /* which cascade or face it is: some may not be drawn yet, and are left out */
     float *depth[2];  /* by gn_casters: static, dynamic (NULL where nothing moves) */
     gn_rect touched;  /* texels that moving casters may have changed, filtering included */
     uint32_t *texels; /* a chain of mips where the map has them; NULL where depth is read */
