@@ -1,5 +1,6 @@
-/* Feeds arbitrary words to the decoders and tests of every format of shadow map, and arbitrary
- * floats to its encoders. Built like fuzz_scene.c; its seeds are in fuzz/corpus/shadow. */
+/* Feeds arbitrary words to the decoders and tests of every format of shadow map and to leak
+ * tracing, and arbitrary floats to the formats' encoders. Built like fuzz_scene.c; its seeds are in
+ * fuzz/corpus/shadow. */
 #include <float.h>
 #include <math.h>
 #include <stdint.h>
@@ -9,6 +10,7 @@
 #include <gnomon/shadow/bilinear.h>
 #include <gnomon/shadow/depth.h>
 #include <gnomon/shadow/exponential.h>
+#include <gnomon/shadow/leak.h>
 #include <gnomon/shadow/moments.h>
 #include <gnomon/shadow/moments_nonlinear.h>
 #include <gnomon/shadow/texel.h>
@@ -89,6 +91,20 @@ static void read_floats(const input *in)
     CHECK(gn_nonlinear_visibility(gn_nonlinear_of(any), receiver));
 }
 
+/* Leak tracing: any words, as neighbours and as tests, are answered with 0 or 1. */
+static void read_leak(const input *in)
+{
+    const int32_t neighbour = (int32_t)in->texel[0];
+    const float test = gn_word_real(in->texel[1]), epsilon = word_in(in->texel[2], 0.0f, 0.49f);
+    const int unsure = gn_leak_unsure(test, epsilon), shadow = gn_leak_shadowed(test);
+    CHECK((float)unsure);
+    CHECK((float)shadow);
+    CHECK((float)gn_leak_expands(neighbour, shadow));
+    CHECK((float)gn_leak_confirms(neighbour, shadow));
+    CHECK((float)gn_leak_state(unsure, shadow, gn_leak_shadowed(in->receiver)) / 7.0f);
+    CHECK(gn_leak_jitter_x(in->texel[3]) + gn_leak_jitter_y(in->texel[3]) + 0.5f);
+}
+
 /* Encoders take any floats at all, and make words that can be read. */
 static void write_texels(const input *in)
 {
@@ -115,6 +131,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     memcpy(&in, data, size < sizeof in ? size : sizeof in);
     read_small(&in);
     read_floats(&in);
+    read_leak(&in);
     write_texels(&in);
     return 0;
 }

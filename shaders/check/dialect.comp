@@ -19,6 +19,6 @@ void main()
     y += gn_exp2_inside(gn_clamp_positive(y, 0.0, 1.0));
     y += gn_atan(gn_tan(gn_floor(gn_sqrt(gn_abs(x)))));
     y += gn_from_bits(gn_bits(x) + gn_to_int(y));
-    int j = gn_select_int(inside, gn_to_signed(gn_to_unsigned(int(i)) >> 1), 3);
+    int j = gn_select_int(inside, gn_to_signed(gn_to_unsigned(int(i)) >> 1), gn_splat_int(3));
     values[i] = gn_min(gn_max(y, x), gn_to_real(j));
 }

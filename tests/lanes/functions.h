@@ -3,6 +3,8 @@
  * Whoever includes this defines REAL(name, domain, value); WORD of a luint; PAIR and FOUR of a
  * struct of two or four reals, with its type and members. Domains (lanes.h) say which inputs are
  * made. */
+#define MASK(name, domain, m)         REAL(name, domain, gn_select(m, gn_splat(1.0f), gn_splat(0.0f)))
+#define INTEGER(name, domain, lint)   REAL(name, domain, gn_to_real(lint))
 #define CONE(name, domain, cone)      PAIR(name, domain, gn_ray_cone, width, angle, cone)
 #define VARIANCE(name, domain, pair)  PAIR(name, domain, gn_variance, mean, square, pair)
 #define MOMENTS(name, domain, four)   FOUR(name, domain, gn_moments, b1, b2, b3, b4, four)
@@ -10,12 +12,14 @@
 
 /* dialect.h */
 REAL(splat, ANY, gn_select(a < a, a, gn_splat(0.1f)))
+INTEGER(splat_int, ANY, gn_splat_int(7) & gn_bits(a))
 REAL(select, ANY, gn_select(a < b, a, c))
 REAL(select_int, ANY, gn_from_bits(gn_select_int(a < b, gn_bits(a), gn_bits(c))))
 REAL(unsigned, ANY, gn_to_real(gn_to_signed(gn_to_unsigned(gn_bits(a)) >> 3)))
 REAL(and, ANY, gn_select(gn_and(a < b, b < c), a, c))
 REAL(or, ANY, gn_select(gn_or(a < b, b < c), a, c))
 REAL(not, ANY, gn_select(gn_not(a >= b), a, c))
+REAL(xor, ANY, gn_select((a < b) != (b < c), a, c))
 REAL(bits, ANY, gn_from_bits(gn_bits(a) ^ 0x00400000))
 REAL(to_real, ANY, gn_to_real(gn_bits(a)))
 REAL(to_int, INT, gn_to_real(gn_to_int(a)))
@@ -82,6 +86,16 @@ REAL(bilinear_fraction, LENGTH, gn_bilinear_fraction(a))
 FOUR(bilinear_weights, UNIT, gn_bilinear, w00, w10, w01, w11, gn_bilinear_weights(a, b))
 REAL(bilinear_blend, UNIT, gn_bilinear_blend(gn_bilinear_weights(a, b), a, b, c, a *c))
 
+/* leak.h */
+MASK(leak_unsure, UNIT, gn_leak_unsure(a, b * 0.49f))
+MASK(leak_unsure_any, ANY, gn_leak_unsure(a, gn_splat(0.01f)))
+MASK(leak_shadowed, ANY, gn_leak_shadowed(a))
+INTEGER(leak_state, UNIT, gn_leak_state(a < 0.5f, b < 0.5f, c < 0.5f))
+MASK(leak_expands, ANY, gn_leak_expands(gn_bits(a) & 7, b < c))
+MASK(leak_confirms, ANY, gn_leak_confirms(gn_bits(a) & 7, b < c))
+REAL(leak_jitter_x, ANY, gn_leak_jitter_x(gn_real_word(a)))
+REAL(leak_jitter_y, ANY, gn_leak_jitter_y(gn_real_word(a)))
+
 /* depth.h */
 REAL(depth_test, ANY, gn_depth_test(a, b))
 
@@ -143,6 +157,8 @@ WORD(nonlinear_pack32, UNIT, gn_nonlinear_pack32(GN_MAKE_NONLINEAR(a, b, c)))
 WORD(nonlinear_pack32_any, ANY, gn_nonlinear_pack32(GN_MAKE_NONLINEAR(a, b, c)))
 NONLINEAR(nonlinear_unpack32, ANY, gn_nonlinear_unpack32(gn_real_word(a)))
 
+#undef MASK
+#undef INTEGER
 #undef CONE
 #undef VARIANCE
 #undef MOMENTS

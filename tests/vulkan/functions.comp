@@ -6,6 +6,7 @@
 #include "gnomon/shadow/bilinear.h"
 #include "gnomon/shadow/depth.h"
 #include "gnomon/shadow/exponential.h"
+#include "gnomon/shadow/leak.h"
 #include "gnomon/shadow/moments.h"
 #include "gnomon/shadow/moments_nonlinear.h"
 #include "gnomon/shadow/ray_cone.h"
