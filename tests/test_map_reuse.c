@@ -224,7 +224,12 @@ static void test_looking_away(void **state)
 static frame read_by(const yard *y, uint32_t light, const gn_map_format *format,
                      const gn_map_desc *desc, float *layer)
 {
-    const gn_method method = {"test", "", "", *format, GN_TRACE_NONE, GN_ALPHA_RULE_MIP0};
+    const gn_method method = {.name = "test",
+                              .description = "",
+                              .paper = "",
+                              .map = *format,
+                              .trace = GN_TRACE_NONE,
+                              .alpha = GN_ALPHA_RULE_MIP0};
     gn_visibility_desc visibility = gn_visibility_desc_default();
     visibility.method = &method;
     visibility.map = *desc;

@@ -20,8 +20,10 @@ void gn_cpu_destroy(gn_cpu *cpu);
 /* Camera rays: fills the job's G-buffer. */
 void gn_cpu_gbuffer(const gn_cpu *cpu, const gn_gbuffer_job *job);
 
-/* Shadow rays: fills the job's visibility; returns the number of rays. The job's tracer is chosen
- * here. */
+/* Chooses the job's tracer, and fills in what desc says of rays. */
+void gn_cpu_prepare_rays(gn_visibility_job *job, const gn_visibility_desc *desc);
+
+/* Shadow rays: fills the job's visibility; returns the number of rays. */
 uint64_t gn_cpu_visibility(const gn_cpu *cpu, gn_visibility_job *job,
                            const gn_visibility_desc *desc);
 

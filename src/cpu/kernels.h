@@ -55,7 +55,7 @@ typedef struct gn_visibility_job {
     float cos_outer; /* of a spot light's outer cone */
     float cutoff, point_light_clip;
     float *visibility;
-    float *lod, *lookups; /* may be NULL */
+    float *lod, *lookups, *traced; /* may be NULL; traced: 1 where there was a ray, 0 before */
 } gn_visibility_job;
 
 /* A perspective or orthographic camera ready to make rays. */
@@ -77,6 +77,7 @@ typedef struct gn_gbuffer_job {
 } gn_gbuffer_job;
 
 struct gn_map_reader;
+struct gn_leak_run;
 
 typedef struct gn_kernels {
     const char *name;
@@ -85,6 +86,7 @@ typedef struct gn_kernels {
     void (*gbuffer_tile)(const gn_gbuffer_job *job, uint32_t tile);
     uint64_t (*visibility_tile)(const gn_visibility_job *job, uint32_t tile); /* rays traced */
     void (*map_tile)(const struct gn_map_reader *reader, uint32_t tile);      /* map_read.h */
+    void (*leak_tile)(const struct gn_leak_run *run, uint32_t tile, uint32_t thread); /* leak.h */
     gn_depth_tile depth_tile;
     gn_depth_packet depth_packet;
     gn_filter_rows filter;

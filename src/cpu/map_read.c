@@ -43,26 +43,33 @@ static gn_result check_layers(const gn_map_job *job, gn_context *context)
     return GN_OK;
 }
 
-gn_result gn_cpu_map_visibility(const struct gn_cpu *cpu, const gn_map_job *job)
+gn_result gn_map_reader_make(gn_context *context, const gn_map_job *job, gn_map_reader *reader)
 {
-    GN_TRY(check_layers(job, cpu->context));
+    GN_TRY(check_layers(job, context));
     const gn_map_desc *desc = &job->desc;
     const bool four = job->format.kind == GN_MAP_PCF && job->format.pcf_width == 2;
-    gn_map_reader reader = {.job = job,
-                            .reading = four ? GN_READING_BILINEAR : desc->reading,
-                            .cos_outer = (float)cos((double)job->light.desc.outer_cone_angle),
-                            .margin = (float)gn_map_margin(&job->format, desc),
-                            .place = gn_noise_of_frame(desc->seed, job->frame)};
-    reader.noise = gn_blue_noise_tile(reader.place.tile);
+    *reader = (gn_map_reader){.job = job,
+                              .reading = four ? GN_READING_BILINEAR : desc->reading,
+                              .cos_outer = (float)cos((double)job->light.desc.outer_cone_angle),
+                              .margin = (float)gn_map_margin(&job->format, desc),
+                              .place = gn_noise_of_frame(desc->seed, job->frame)};
+    reader->noise = gn_blue_noise_tile(reader->place.tile);
     for (uint32_t i = 0; i < job->layer_count; i++)
-        reader.levels[i] = find_levels(job->layers[i].projection.resolution, desc->mip_maps);
+        reader->levels[i] = find_levels(job->layers[i].projection.resolution, desc->mip_maps);
     if (job->format.kind == GN_MAP_PCF && !four) {
         /* The map filter's weights, so that both see the same share of a step. */
         const int32_t radius = (int32_t)job->format.pcf_width / 2;
         const gn_gaussian g = gn_gaussian_make(job->format.pcf_width, desc->filter_sigma);
         for (int32_t i = -radius; i <= radius; i++)
-            reader.weights[1 + radius + i] = g.weights[i < 0 ? -i : i];
+            reader->weights[1 + radius + i] = g.weights[i < 0 ? -i : i];
     }
+    return GN_OK;
+}
+
+gn_result gn_cpu_map_visibility(const struct gn_cpu *cpu, const gn_map_job *job)
+{
+    gn_map_reader reader;
+    GN_TRY(gn_map_reader_make(cpu->context, job, &reader));
     run r = {&reader, cpu->kernels};
     gn_parallel_for(cpu->context,
                     gn_tiles_across(job->gbuffer->width) * gn_tiles_across(job->gbuffer->height),

@@ -17,10 +17,14 @@ typedef struct gn_map_reader {
     gn_map_reading reading; /* PCF of four texels is always BILINEAR */
     float cos_outer;        /* of a spot light's outer cone */
     float margin;           /* gn_map_margin() */
+    bool even;              /* the four depths of PCF and DEPTH weigh the same (leak tracing) */
     gn_map_levels levels[GN_MAX_CASCADES];
     const uint8_t *noise; /* the frame's tile */
     gn_noise_place place;
     float weights[GN_PCF_TAPS + 1]; /* of PCF: 0, then pcf_width of them, then 0 */
 } gn_map_reader;
+
+/* Prepares a reader for a job, which must outlive it. */
+gn_result gn_map_reader_make(gn_context *context, const gn_map_job *job, gn_map_reader *reader);
 
 #endif

@@ -17,8 +17,7 @@ static void run_tile(uint32_t tile, uint32_t thread, void *user)
     atomic_fetch_add(&r->rays, r->job->tracer.accel->kernels->visibility_tile(r->job, tile));
 }
 
-uint64_t gn_cpu_visibility(const gn_cpu *cpu, gn_visibility_job *job,
-                           const gn_visibility_desc *desc)
+void gn_cpu_prepare_rays(gn_visibility_job *job, const gn_visibility_desc *desc)
 {
     job->tracer.rule = desc->method->alpha;
     job->tracer.rescaled = desc->rescale_alpha;
@@ -30,7 +29,12 @@ uint64_t gn_cpu_visibility(const gn_cpu *cpu, gn_visibility_job *job,
     job->cutoff = desc->cutoff;
     job->point_light_clip = desc->point_light_clip;
     job->cos_outer = (float)cos((double)job->light.desc.outer_cone_angle);
+}
 
+uint64_t gn_cpu_visibility(const gn_cpu *cpu, gn_visibility_job *job,
+                           const gn_visibility_desc *desc)
+{
+    gn_cpu_prepare_rays(job, desc);
     run r = {.job = job, .rays = 0};
     const uint32_t tiles =
         gn_tiles_across(job->gbuffer->width) * gn_tiles_across(job->gbuffer->height);

@@ -1,4 +1,7 @@
-/* Visibility of one light by any method: by rays, or by what the light's map holds. */
+/* Visibility of one light by any method: by rays, by what the light's map holds, or by rays where
+ * the map is unsure. */
+#include <string.h>
+
 #include "render/device.h"
 #include "render/history.h"
 #include "render/shadow_map.h"
@@ -22,6 +25,10 @@ static gn_result check(const gn_scene *scene, const gn_visibility_desc *desc)
         return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
                        "a point light clip of %g: it must not be negative",
                        (double)desc->point_light_clip);
+    if (!(desc->leak.epsilon >= 0.0f && desc->leak.epsilon <= 0.49f))
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                       "a leak test epsilon of %g: the range is 0 to 0.49",
+                       (double)desc->leak.epsilon);
     return GN_OK;
 }
 
@@ -34,10 +41,24 @@ static gn_result trace_all(const gn_scene *scene, const gn_gbuffer *gbuffer,
                              .light = scene->lights[desc->light],
                              .visibility = visibility,
                              .lod = stats->lod,
-                             .lookups = stats->lookups};
+                             .lookups = stats->lookups,
+                             .traced = stats->traced};
     const double start = gn_milliseconds();
     stats->rays = gn_cpu_visibility(&scene->device->cpu, &job, desc);
     stats->trace_ms = gn_milliseconds() - start;
+    return GN_OK;
+}
+
+/* Brings the light's map up to date. */
+static gn_result update_map(const gn_scene *scene, const gn_gbuffer *gbuffer,
+                            const gn_visibility_desc *desc, const gn_map_desc *settings,
+                            gn_history *history, gn_map_job *job, gn_visibility_stats *stats)
+{
+    gn_shadow_map *map;
+    GN_TRY(gn_history_reserve_map(history, scene, desc->light, &desc->method->map, settings, &map));
+    GN_TRY(gn_shadow_map_update(map, scene, desc->light, desc->camera,
+                                (float)gbuffer->width / (float)gbuffer->height, &stats->map));
+    gn_shadow_map_fill_job(map, job);
     return GN_OK;
 }
 
@@ -45,21 +66,87 @@ static gn_result read_map(const gn_scene *scene, const gn_gbuffer *gbuffer,
                           const gn_visibility_desc *desc, gn_history *history, float *visibility,
                           gn_visibility_stats *stats)
 {
-    gn_shadow_map *map;
-    GN_TRY(
-        gn_history_reserve_map(history, scene, desc->light, &desc->method->map, &desc->map, &map));
-    GN_TRY(gn_shadow_map_update(map, scene, desc->light, desc->camera,
-                                (float)gbuffer->width / (float)gbuffer->height, &stats->map));
     gn_map_job job = {.gbuffer = gbuffer,
                       .light = scene->lights[desc->light],
                       .frame = desc->frame,
                       .visibility = visibility,
                       .layer = stats->layer};
-    gn_shadow_map_fill_job(map, &job);
+    GN_TRY(update_map(scene, gbuffer, desc, &desc->map, history, &job, stats));
     const double start = gn_milliseconds();
-    const gn_result result = gn_cpu_map_visibility(&scene->device->cpu, &job);
+    GN_TRY(gn_cpu_map_visibility(&scene->device->cpu, &job));
     stats->test_ms = gn_milliseconds() - start;
-    return result;
+    if (stats->test)
+        memcpy(stats->test, visibility,
+               (size_t)gbuffer->width * gbuffer->height * sizeof *visibility);
+    return GN_OK;
+}
+
+/* Settings of a map under leak tracing, where they are left to it. */
+static gn_map_desc leak_settings(const gn_map_format *format, const gn_map_desc *desc)
+{
+    gn_map_desc settings = *desc;
+    if (settings.refresh == 0)
+        settings.refresh = 8;
+    if (settings.undrawn == GN_NONE)
+        settings.undrawn = settings.cascades > 1 ? 1 : 0;
+    /* Noise would have every neighbour change its mind from frame to frame. */
+    if (settings.reading == GN_READING_AUTO && format->kind == GN_MAP_NLMSM)
+        settings.reading = GN_READING_BILINEAR;
+    return settings;
+}
+
+/* ESM and four moments call much of a shadow's inside lit; there removal needs the depth test
+ * (section 3.1.2). */
+static gn_switch resolve_depth_test(const gn_visibility_desc *desc)
+{
+    const gn_map_kind kind = desc->method->map.kind;
+    if (desc->leak.depth_test != GN_SWITCH_AUTO)
+        return desc->leak.depth_test;
+    return kind == GN_MAP_ESM || kind == GN_MAP_MSM || kind == GN_MAP_NLMSM ? GN_SWITCH_ON
+                                                                            : GN_SWITCH_OFF;
+}
+
+static gn_result trace_leaks(const gn_scene *scene, const gn_gbuffer *gbuffer,
+                             const gn_visibility_desc *desc, gn_history *history, float *visibility,
+                             gn_visibility_stats *stats)
+{
+    const gn_light *light = &scene->lights[desc->light];
+    const gn_map_desc settings = leak_settings(&desc->method->map, &desc->map);
+    gn_leak_job job = {.map = {.gbuffer = gbuffer,
+                               .light = *light,
+                               .frame = desc->frame,
+                               .visibility = visibility,
+                               .layer = stats->layer},
+                       .rays = {.tracer = {.accel = scene->accel},
+                                .gbuffer = gbuffer,
+                                .light = *light,
+                                .visibility = visibility,
+                                .lod = stats->lod,
+                                .lookups = stats->lookups},
+                       .desc = desc->leak,
+                       .test = stats->test,
+                       .traced = stats->traced,
+                       .leak_class = stats->leak_class};
+    job.desc.depth_test = resolve_depth_test(desc);
+    GN_TRY(update_map(scene, gbuffer, desc, &settings, history, &job.map, stats));
+    if (desc->method->mask)
+        GN_TRY(gn_history_begin_mask(history, desc->light, desc->camera, gbuffer,
+                                     job.desc.depth_test == GN_SWITCH_ON, &job.mask));
+    GN_TRY(gn_cpu_leak(&scene->device->cpu, &job, desc));
+    stats->rays = job.traced_count;
+    stats->leak = job.counts;
+    stats->test_ms = job.test_ms;
+    stats->trace_ms = job.trace_ms;
+    return GN_OK;
+}
+
+static gn_result use_map(const gn_scene *scene, const gn_gbuffer *gbuffer,
+                         const gn_visibility_desc *desc, gn_history *history, float *visibility,
+                         gn_visibility_stats *stats)
+{
+    if (desc->method->trace == GN_TRACE_LEAK)
+        return trace_leaks(scene, gbuffer, desc, history, visibility, stats);
+    return read_map(scene, gbuffer, desc, history, visibility, stats);
 }
 
 /* Facts that a method does not make are plain. */
@@ -81,7 +168,10 @@ gn_result gn_scene_visibility(const gn_scene *scene, const gn_gbuffer *gbuffer,
         stats = &unused;
     stats->rays = 0;
     stats->map = (gn_map_update){0};
+    stats->leak = (gn_leak_counts){0};
     stats->test_ms = stats->trace_ms = 0.0;
+    clear(stats->traced, 0.0f, gbuffer);
+    clear(stats->leak_class, (float)GN_LEAK_NOTHING, gbuffer);
     const bool has_map = desc->method->map.kind != GN_MAP_NONE;
     if (desc->method->trace == GN_TRACE_ALL) {
         if (has_map)
@@ -89,20 +179,33 @@ gn_result gn_scene_visibility(const gn_scene *scene, const gn_gbuffer *gbuffer,
                            "method %s traces every pixel: its map would never be read",
                            desc->method->name);
         clear(stats->layer, -1.0f, gbuffer);
+        clear(stats->test, 1.0f, gbuffer);
         return trace_all(scene, gbuffer, desc, visibility, stats);
     }
-    if (desc->method->trace == GN_TRACE_LEAK)
-        return gn_fail(context, GN_ERROR_UNSUPPORTED, "leak tracing is being built");
     if (!has_map)
         return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
                        "method %s neither traces rays nor reads a map", desc->method->name);
     clear(stats->lod, 0.0f, gbuffer);
     clear(stats->lookups, 0.0f, gbuffer);
     if (desc->history)
-        return read_map(scene, gbuffer, desc, desc->history, visibility, stats);
+        return use_map(scene, gbuffer, desc, desc->history, visibility, stats);
     gn_history *history;
     GN_TRY(gn_history_create(scene->device, &history));
-    const gn_result result = read_map(scene, gbuffer, desc, history, visibility, stats);
+    const gn_result result = use_map(scene, gbuffer, desc, history, visibility, stats);
     gn_history_destroy(&history);
     return result;
+}
+
+/* Until the history has masks. */
+__attribute__((weak)) gn_result gn_history_begin_mask(gn_history *history, uint32_t light,
+                                                      uint32_t camera, const gn_gbuffer *gbuffer,
+                                                      bool keep_depth, gn_leak_mask *mask)
+{
+    (void)history;
+    (void)light;
+    (void)camera;
+    (void)gbuffer;
+    (void)keep_depth;
+    (void)mask;
+    return GN_OK;
 }
