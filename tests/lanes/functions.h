@@ -3,8 +3,10 @@
  * Whoever includes this defines REAL(name, domain, value); WORD of a luint; PAIR and FOUR of a
  * struct of two or four reals, with its type and members. Domains (lanes.h) say which inputs are
  * made. */
-#define MASK(name, domain, m)         REAL(name, domain, gn_select(m, gn_splat(1.0f), gn_splat(0.0f)))
-#define INTEGER(name, domain, lint)   REAL(name, domain, gn_to_real(lint))
+#define INTEGER(name, domain, lint) REAL(name, domain, gn_to_real(lint))
+/* 1 where it holds, else 0. */
+#define MASK(name, domain, mask) REAL(name, domain, gn_select(mask, gn_splat(1.0f), gn_splat(0.0f)))
+
 #define CONE(name, domain, cone)      PAIR(name, domain, gn_ray_cone, width, angle, cone)
 #define VARIANCE(name, domain, pair)  PAIR(name, domain, gn_variance, mean, square, pair)
 #define MOMENTS(name, domain, four)   FOUR(name, domain, gn_moments, b1, b2, b3, b4, four)
