@@ -20,7 +20,7 @@ typedef struct gn_procedural {
     const char *name, *description;
 } gn_procedural;
 
-/* All of them, ending with a NULL name: grove, railing, leafbox, court. */
+/* All of them, ending with a NULL name: grove, railing, leafbox, court, edges. */
 GN_API extern const gn_procedural gn_procedurals[];
 
 GN_API gn_procedural_desc gn_procedural_desc_default(void);

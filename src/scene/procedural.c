@@ -9,11 +9,13 @@ const gn_procedural gn_procedurals[] = {
      "railing, banner and ground close together; umbrella, roof and railing over a line"},
     {"leafbox", "a Cornell box with a tree and a point light"},
     {"court", "opaque architecture with one moving object"},
+    {"edges",
+     "what a map's texels miss: surfaces along the light, gaps, a thin fence, small holes"},
     {NULL, NULL},
 };
 
 static void (*const recipes[])(gn_maker *) = {gn_make_grove, gn_make_railing, gn_make_leafbox,
-                                              gn_make_court};
+                                              gn_make_court, gn_make_edges};
 
 gn_procedural_desc gn_procedural_desc_default(void)
 {

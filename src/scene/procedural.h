@@ -264,5 +264,6 @@ void gn_make_grove(gn_maker *maker);
 void gn_make_railing(gn_maker *maker);
 void gn_make_leafbox(gn_maker *maker);
 void gn_make_court(gn_maker *maker);
+void gn_make_edges(gn_maker *maker);
 
 #endif
