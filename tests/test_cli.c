@@ -196,7 +196,7 @@ static void test_scene_and_info(void **state)
     (void)state;
     expect(0, "scene --list --json");
     cJSON *json = parse_output();
-    assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(json, "scenes")), 4);
+    assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(json, "scenes")), 5);
     cJSON_Delete(json);
 
     expect(0, "scene leafbox -o leafbox --seed 5 -q");

@@ -352,7 +352,7 @@ static void test_cameras(void **state)
         {"grove", {"CamRoad", "CamGlade", "CamWall", "CamWalk"}, 1.4f, 2.0f},
         {"railing", {"CamRailing", "CamUmbrella", "CamTop", "CamWalk"}, 1, 12},
         {"court", {"CamCourt", "CamColonnade", "CamTop", "CamWalk"}, 1.5f, 14},
-        {"edges", {"CamEdges", "CamFence", "CamHoles", "CamWalk"}, 1.8f, 2.2f},
+        {"edges", {"CamEdges", "CamFence", "CamTree", "CamWalk"}, 1.8f, 2.2f},
     };
     for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
         gn_scene *scene = make(expected[i].scene, 1, 0.1, 1);

@@ -15,7 +15,7 @@
 static const gn_vec toward_sun = {0.5f, 0.6f, 0.62f};
 
 typedef struct edges {
-    uint32_t ground, roller, vane, rack, slats, ashtray, table, sheet, fence;
+    uint32_t ground, roller, vane, rack, slats, ashtray, table, sheet, fence, tree;
 } edges;
 
 static uint32_t refine(const gn_maker *maker, uint32_t cells)
@@ -188,6 +188,21 @@ static uint32_t make_fence(gn_maker *maker, uint32_t wood, uint32_t iron)
     return gn_make_mesh(maker, "Fence", shapes, 2);
 }
 
+static uint32_t make_tree(gn_maker *maker)
+{
+    gn_shape shapes[2] = {
+        gn_shape_begin(maker,
+                       gn_make_material(maker, "bark", GN_SURFACE_SOLID,
+                                        gn_make_texture_kind(maker, GN_TEXTURE_BARK), 0xffffff)),
+        gn_shape_begin(maker,
+                       gn_make_material(maker, "leaves", GN_SURFACE_CUTOUT,
+                                        gn_make_texture_kind(maker, GN_TEXTURE_LIME), 0xffffff))};
+    const gn_tree tree = {6, 0.16f, 0.25f, 2, 0.45f, 0.3f, 0.9f, 0.1f, 15, 8, 0.9f, 0.8f};
+    gn_random random = gn_random_make(maker->seed, 2);
+    gn_grow_tree(&shapes[0], &shapes[1], &tree, &random);
+    return gn_make_mesh(maker, "Tree", shapes, 2);
+}
+
 /* Placing ----------------------------------------------------------------------------------- */
 
 static void put(gn_maker *maker, uint32_t parent, const char *name, uint32_t mesh, gn_vec position,
@@ -200,6 +215,7 @@ static void put(gn_maker *maker, uint32_t parent, const char *name, uint32_t mes
 static void put_bay(gn_maker *maker, const edges *part, float x, float shift)
 {
     put(maker, GN_NONE, "Ground", part->ground, (gn_vec){x, 0, 0}, 0);
+    put(maker, GN_NONE, "Tree", part->tree, (gn_vec){x, 0, -34}, shift);
     put(maker, GN_NONE, "Fence", part->fence, (gn_vec){x, 0, -3.5f}, 0);
 
     gn_vec at = {x - 4.6f, 1.15f, 0.2f};
@@ -227,6 +243,7 @@ static void make_cameras(gn_maker *maker)
     gn_make_camera(maker, "CamGaps", (gn_vec){2.3f, 2.1f, 2.6f}, (gn_vec){2.1f, 0.6f, 0}, 50);
     gn_make_camera(maker, "CamFence", (gn_vec){2, 2.1f, -8.2f}, (gn_vec){0.3f, 0.3f, -4}, 45);
     gn_make_camera(maker, "CamHoles", (gn_vec){3.4f, 2, -3.2f}, (gn_vec){4.8f, 0.3f, -0.6f}, 45);
+    gn_make_camera(maker, "CamTree", (gn_vec){3.5f, 2, -12}, (gn_vec){1.2f, 1.8f, -34}, 40);
     enum { KEYS = 41 };
     gn_vec eyes[KEYS], targets[KEYS];
     for (int i = 0; i < KEYS; i++) {
@@ -248,7 +265,7 @@ void gn_make_edges(gn_maker *maker)
     uint32_t iron = gn_make_material(maker, "iron", GN_SURFACE_SOLID, GN_NONE, 0x4a4c50);
 
     gn_shape shape = gn_shape_begin(maker, paving);
-    gn_shape_box(&shape, (gn_vec){0, -0.25f, 0}, (gn_vec){BAY / 2, 0.25f, 20}, 0, 2);
+    gn_shape_box(&shape, (gn_vec){0, -0.25f, -10}, (gn_vec){BAY / 2, 0.25f, 30}, 0, 2);
     const edges part = {gn_make_mesh(maker, "Ground", &shape, 1),
                         make_roller(maker, paint),
                         make_vane(maker, paint),
@@ -257,7 +274,8 @@ void gn_make_edges(gn_maker *maker)
                         make_ashtray(maker, paint),
                         make_table(maker, wood),
                         make_sheet(maker, metal, iron),
-                        make_fence(maker, wood, iron)};
+                        make_fence(maker, wood, iron),
+                        make_tree(maker)};
 
     /* From the middle to both sides; the one in the middle is the same for all seeds. */
     gn_random random = gn_random_make(maker->seed, 1);
