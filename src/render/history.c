@@ -4,20 +4,7 @@
 
 #include "scene/scene.h"
 
-/* One light's share. */
-typedef struct entry {
-    uint32_t light;
-    gn_map_format format;
-    gn_map_desc desc;
-    gn_shadow_map *map;
-} entry;
-
-struct gn_history {
-    gn_device *device;
-    uint64_t scene; /* its number; 0: none yet */
-    entry *entries;
-    uint32_t count, capacity;
-};
+/* Life ---------------------------------------------------------------------------------------- */
 
 gn_result gn_history_create(gn_device *device, gn_history **history)
 {
@@ -29,8 +16,30 @@ gn_result gn_history_create(gn_device *device, gn_history **history)
     return GN_OK;
 }
 
+void gn_history_cut(gn_history *history)
+{
+    for (uint32_t i = 0; i < history->count; i++)
+        history->entries[i].masked = 0;
+    history->depth_frame[0] = history->depth_frame[1] = 0;
+}
+
+/* Cuts, and gives the memory back. */
+static void drop_picture(gn_history *history)
+{
+    gn_context *context = gn_device_context(history->device);
+    gn_history_cut(history);
+    for (int side = 0; side < 2; side++) {
+        gn_free(context, history->masks[side]);
+        gn_free(context, history->depth[side]);
+        history->masks[side] = NULL;
+        history->depth[side] = NULL;
+    }
+    history->texel_bytes = 0;
+}
+
 void gn_history_reset(gn_history *history)
 {
+    drop_picture(history);
     for (uint32_t i = 0; i < history->count; i++)
         gn_shadow_map_destroy(&history->entries[i].map);
     history->count = 0;
@@ -56,7 +65,17 @@ void gn_history_destroy(gn_history **history)
     gn_free(context, h);
 }
 
-static entry *find(const gn_history *history, uint32_t light)
+void gn_history_take(gn_history *history, gn_history **from)
+{
+    const gn_history old = *history;
+    *history = **from;
+    **from = old;
+    gn_history_destroy(from);
+}
+
+/* Maps ---------------------------------------------------------------------------------------- */
+
+static gn_history_entry *find(const gn_history *history, uint32_t light)
 {
     for (uint32_t i = 0; i < history->count; i++)
         if (history->entries[i].light == light)
@@ -66,7 +85,7 @@ static entry *find(const gn_history *history, uint32_t light)
 
 const gn_shadow_map *gn_history_map(const gn_history *history, uint32_t light)
 {
-    const entry *e = find(history, light);
+    const gn_history_entry *e = find(history, light);
     return e ? e->map : NULL;
 }
 
@@ -92,19 +111,38 @@ static bool same_settings(const gn_map_desc *a, const gn_map_desc *b)
            a->moment_bias == b->moment_bias && a->refresh == b->refresh && a->seed == b->seed;
 }
 
+void gn_history_begin_frame(gn_history *history)
+{
+    history->frame++;
+}
+
+gn_result gn_history_use_scene(gn_history *history, const gn_scene *scene)
+{
+    if (scene->device != history->device)
+        return gn_fail(scene->context, GN_ERROR_INVALID_ARGUMENT,
+                       "the history was made by another device than the scene");
+    const bool another = history->scene != scene->number;
+    if (another)
+        gn_history_reset(history);
+    if (another || history->structure != scene->structure_version) {
+        gn_history_cut(history);
+        history->fingerprint = gn_fingerprint_make(scene);
+    }
+    history->scene = scene->number;
+    history->structure = scene->structure_version;
+    history->fingerprint.lights = scene->light_count; /* they are no part of the structure */
+    history->fingerprint.cameras = scene->camera_count;
+    return GN_OK;
+}
+
 gn_result gn_history_reserve_map(gn_history *history, const gn_scene *scene, uint32_t light,
                                  const gn_map_format *format, const gn_map_desc *desc,
                                  gn_shadow_map **map)
 {
     gn_context *context = gn_device_context(history->device);
     *map = NULL;
-    if (scene->device != history->device)
-        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
-                       "the history was made by another device than the scene");
-    if (history->scene != scene->number)
-        gn_history_reset(history);
-    history->scene = scene->number;
-    entry *e = find(history, light);
+    GN_TRY(gn_history_use_scene(history, scene));
+    gn_history_entry *e = find(history, light);
     if (e && (!same_format(&e->format, format) || !same_settings(&e->desc, desc)))
         gn_shadow_map_destroy(&e->map);
     if (!e) {
@@ -112,12 +150,178 @@ gn_result gn_history_reserve_map(gn_history *history, const gn_scene *scene, uin
                      sizeof *history->entries))
             return gn_fail(context, GN_ERROR_OUT_OF_MEMORY, "out of memory for a shadow map");
         e = &history->entries[history->count++];
-        *e = (entry){.light = light};
+        *e = (gn_history_entry){.light = light};
     }
-    if (!e->map)
+    if (e->asked == history->frame)
+        gn_history_begin_frame(history);
+    e->asked = history->frame;
+    if (!e->map) {
+        e->masked = 0; /* it is of another map */
         GN_TRY(gn_shadow_map_create(history->device, format, desc, &e->map));
+    }
     e->format = *format;
     e->desc = *desc;
     *map = e->map;
+    return GN_OK;
+}
+
+/* Masks --------------------------------------------------------------------------------------- */
+
+size_t gn_history_mask_bytes(const gn_history *history)
+{
+    const size_t pixels = (size_t)history->width * history->height;
+    size_t bytes = 0;
+    for (int side = 0; side < 2; side++) {
+        bytes += history->masks[side] ? pixels * history->texel_bytes : 0;
+        bytes += history->depth[side] ? pixels * sizeof(float) : 0;
+    }
+    return bytes;
+}
+
+static gn_result fail_memory(const gn_history *history, const char *what)
+{
+    return gn_fail(gn_device_context(history->device), GN_ERROR_OUT_OF_MEMORY,
+                   "out of memory for %s of %u x %u pixels", what, history->width, history->height);
+}
+
+typedef struct widening {
+    const uint8_t *from;
+    uint8_t *to;
+    uint32_t from_bytes, to_bytes, width;
+} widening;
+
+static void widen_row(uint32_t y, uint32_t thread, void *user)
+{
+    (void)thread;
+    const widening *w = user;
+    const size_t first = (size_t)y * w->width;
+    for (size_t i = first; i < first + w->width; i++)
+        memcpy(w->to + i * w->to_bytes, w->from + i * w->from_bytes, w->from_bytes);
+}
+
+/* Makes room for `slots` lights a texel; what the textures hold stays. */
+static gn_result reserve_slots(gn_history *history, uint32_t slots)
+{
+    uint32_t bytes = 1;
+    while (8 * bytes < 3 * slots)
+        bytes *= 2;
+    if (bytes <= history->texel_bytes)
+        return GN_OK;
+    gn_context *context = gn_device_context(history->device);
+    const size_t pixels = (size_t)history->width * history->height;
+    uint8_t *made[2];
+    for (int side = 0; side < 2; side++) {
+        made[side] = gn_alloc_zero(context, pixels, bytes);
+        if (!made[side]) {
+            gn_free(context, side == 1 ? made[0] : NULL);
+            return fail_memory(history, "masks");
+        }
+    }
+    for (int side = 0; side < 2; side++) {
+        widening w = {history->masks[side], made[side], history->texel_bytes, bytes,
+                      history->width};
+        if (w.from)
+            gn_parallel_for(context, history->height, widen_row, &w);
+        gn_free(context, history->masks[side]);
+        history->masks[side] = made[side];
+    }
+    history->texel_bytes = bytes;
+    return GN_OK;
+}
+
+/* The lowest slot that no mask of the frame `oldest` or a later one is in. */
+static uint32_t find_slot(const gn_history *history, uint64_t oldest)
+{
+    uint64_t held = 0;
+    for (uint32_t i = 0; i < history->count; i++)
+        if (history->entries[i].masked > 0 && history->entries[i].masked >= oldest)
+            held |= (uint64_t)1 << history->entries[i].slot;
+    return (uint32_t)__builtin_ctzll(~held);
+}
+
+/* A light that has no mask of the frame before takes a slot of one that has none either. Where all
+ * are held, it is that of a light which was not asked for in this frame yet. */
+static gn_result take_slot(gn_history *history, gn_history_entry *e)
+{
+    e->masked = 0;
+    uint32_t slot = find_slot(history, history->frame - 1);
+    if (slot >= GN_MAX_MASKS)
+        slot = find_slot(history, history->frame);
+    if (slot >= GN_MAX_MASKS)
+        return gn_fail(gn_device_context(history->device), GN_ERROR_UNSUPPORTED,
+                       "light %u: a frame has masks of at most %u lights", e->light, GN_MAX_MASKS);
+    GN_TRY(reserve_slots(history, slot + 1));
+    for (uint32_t i = 0; i < history->count; i++)
+        if (history->entries[i].slot == slot)
+            history->entries[i].masked = 0;
+    e->slot = slot;
+    return GN_OK;
+}
+
+typedef struct copying {
+    const float *from;
+    float *to;
+    uint32_t width;
+} copying;
+
+static void copy_row(uint32_t y, uint32_t thread, void *user)
+{
+    (void)thread;
+    const copying *c = user;
+    memcpy(c->to + (size_t)y * c->width, c->from + (size_t)y * c->width, c->width * sizeof *c->to);
+}
+
+/* Keeps a frame's depth, once for all lights. *before: that of the frame before, or NULL. */
+static gn_result keep_depth(gn_history *history, const gn_gbuffer *gbuffer, const float **before)
+{
+    gn_context *context = gn_device_context(history->device);
+    int now = history->depth_frame[1] > history->depth_frame[0];
+    if (history->depth_frame[now] != history->frame) {
+        now = !now;
+        if (!gbuffer->depth)
+            return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                           "the G-buffer has no depth, which the depth test of masks needs");
+        if (!history->depth[now])
+            history->depth[now] =
+                gn_alloc(context, (size_t)history->width * history->height, sizeof(float));
+        if (!history->depth[now])
+            return fail_memory(history, "depth");
+        copying c = {gbuffer->depth, history->depth[now], history->width};
+        gn_parallel_for(context, history->height, copy_row, &c);
+        history->depth_frame[now] = history->frame;
+    }
+    const bool kept =
+        history->depth_frame[!now] > 0 && history->depth_frame[!now] + 1 == history->frame;
+    *before = kept ? history->depth[!now] : NULL;
+    return GN_OK;
+}
+
+gn_result gn_history_begin_mask(gn_history *history, uint32_t light, uint32_t camera,
+                                const gn_gbuffer *gbuffer, bool keep, gn_leak_mask *mask)
+{
+    *mask = (gn_leak_mask){.before = NULL};
+    gn_history_entry *e = find(history, light);
+    if (!e || e->asked != history->frame)
+        return gn_fail(gn_device_context(history->device), GN_ERROR_STATE,
+                       "light %u: a mask without a map", light);
+    if (gbuffer->width != history->width || gbuffer->height != history->height)
+        drop_picture(history);
+    else if (camera != history->camera)
+        gn_history_cut(history);
+    history->width = gbuffer->width;
+    history->height = gbuffer->height;
+    history->camera = camera;
+    if (keep)
+        GN_TRY(keep_depth(history, gbuffer, &mask->depth_before));
+    const bool valid = e->masked > 0 && e->masked + 1 == history->frame;
+    if (valid)
+        mask->before = history->masks[e->side];
+    else
+        GN_TRY(take_slot(history, e));
+    e->side ^= 1;
+    e->masked = history->frame;
+    mask->now = history->masks[e->side];
+    mask->texel_bytes = history->texel_bytes;
+    mask->first_bit = 3 * e->slot;
     return GN_OK;
 }

@@ -4,15 +4,7 @@
 #include <gnomon/shadow/ray_cone.h>
 
 #include "render/device.h"
-
-/* What the next frame's motion is measured against. */
-typedef struct last_frame {
-    bool valid;
-    uint64_t scene; /* its number */
-    gn_rays rays;
-    float *world; /* 16 a node */
-    uint32_t node_count;
-} last_frame;
+#include "render/history_file.h"
 
 struct gn_view {
     gn_device *device;
@@ -25,7 +17,7 @@ struct gn_view {
     float *sample;     /* the visibility of one sample, where there are several */
     uint32_t light_capacity, light_count;
     gn_timings timings;
-    last_frame last;
+    gn_last_frame last;
     gn_history *history;
     gn_visibility_stats *stats; /* the caller's, one a light, or NULL */
 };
@@ -151,7 +143,35 @@ void gn_view_set_stats(gn_view *view, gn_visibility_stats *stats)
 void gn_view_reset_history(gn_view *view)
 {
     view->last.valid = false;
-    gn_history_reset(view->history);
+    gn_history_cut(view->history);
+}
+
+gn_history *gn_view_history(gn_view *view)
+{
+    return view->history;
+}
+
+gn_result gn_view_save_history(const gn_view *view, const char *path)
+{
+    if (!view->last.valid)
+        return gn_fail(gn_device_context(view->device), GN_ERROR_STATE,
+                       "%s: the view has no frame to go on from", path ? path : "(no path)");
+    return gn_history_write(view->history, &view->last, path);
+}
+
+gn_result gn_view_load_history(gn_view *view, const gn_scene *scene, const char *path)
+{
+    gn_context *context = gn_device_context(view->device);
+    if (scene->device != view->device)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                       "the view was made by another device than the scene");
+    gn_history *history;
+    gn_last_frame last = {.width = view->desc.width, .height = view->desc.height};
+    GN_TRY(gn_history_read(scene, path, &history, &last));
+    gn_history_take(view->history, &history);
+    gn_free(context, view->last.world);
+    view->last = last;
+    return GN_OK;
 }
 
 static gn_result check_ready(gn_context *context, const gn_scene *scene, uint32_t camera)
@@ -189,7 +209,7 @@ static gn_rays make_rays(const gn_view *view, const gn_camera *camera)
 static gn_result remember(gn_view *view, const gn_scene *scene, const gn_rays *rays)
 {
     gn_context *context = gn_device_context(view->device);
-    last_frame *last = &view->last;
+    gn_last_frame *last = &view->last;
     if (last->node_count != scene->node_count || !last->world) {
         gn_free(context, last->world);
         last->valid = false;
@@ -202,18 +222,34 @@ static gn_result remember(gn_view *view, const gn_scene *scene, const gn_rays *r
     for (uint32_t i = 0; i < scene->node_count; i++)
         memcpy(last->world + 16 * (size_t)i, scene->nodes[i].world, 16 * sizeof(float));
     last->scene = scene->number;
+    last->width = view->desc.width;
+    last->height = view->desc.height;
     last->rays = *rays;
     last->valid = true;
     return GN_OK;
 }
 
-/* The first frame, and the one after a reset, has not moved. */
-static gn_result start_history(gn_view *view, const gn_scene *scene, const gn_rays *rays)
+/* The first frame, and the one after a reset, has not moved: no mask fits it. */
+static gn_result start_history(gn_view *view, const gn_scene *scene, const gn_rays *rays,
+                               gn_history *history)
 {
+    GN_TRY(gn_history_use_scene(view->history, scene));
     if (view->last.valid && view->last.scene == scene->number &&
         view->last.node_count == scene->node_count)
         return GN_OK;
+    gn_history_cut(view->history);
+    gn_history_cut(history);
     return remember(view, scene, rays);
+}
+
+/* The view's motion goes on by a picture, whichever history is used for it. */
+static void begin_frame(gn_view *view, gn_history *history)
+{
+    gn_history_begin_frame(view->history);
+    if (history != view->history)
+        gn_history_begin_frame(history);
+    if (view->desc.samples > 1)
+        gn_history_cut(history);
 }
 
 static void trace_gbuffer(gn_view *view, const gn_scene *scene, const gn_rays *rays,
@@ -236,8 +272,9 @@ gn_result gn_view_trace_gbuffer(gn_view *view, const gn_scene *scene, uint32_t c
     if (result != GN_OK)
         return result;
     const gn_rays rays = make_rays(view, &scene->cameras[camera]);
-    if ((result = start_history(view, scene, &rays)) != GN_OK)
+    if ((result = start_history(view, scene, &rays, view->history)) != GN_OK)
         return result;
+    begin_frame(view, view->history);
     const double start = gn_milliseconds();
     trace_gbuffer(view, scene, &rays, centre);
     view->timings.gbuffer = gn_milliseconds() - start;
@@ -289,6 +326,8 @@ static gn_result render_sample(gn_view *view, const gn_scene *scene, uint32_t ca
     gn_shade_light shade_lights[light_count + 1];
     float jitter[2];
     sample_position(sample, view->desc.samples, jitter);
+    gn_history *history = desc->history ? desc->history : view->history;
+    begin_frame(view, history);
     double start = gn_milliseconds();
     trace_gbuffer(view, scene, rays, jitter);
     view->timings.gbuffer += gn_milliseconds() - start;
@@ -299,7 +338,7 @@ static gn_result render_sample(gn_view *view, const gn_scene *scene, uint32_t ca
         one.light = lights[i];
         one.camera = camera;
         one.frame = desc->frame * view->desc.samples + sample;
-        one.history = desc->history ? desc->history : view->history;
+        one.history = history;
         gn_visibility_stats unused = {0}, *stats = view->stats ? &view->stats[i] : &unused;
         GN_TRY(gn_scene_visibility(scene, &view->gbuffer, &one, visibility + i * pixels, stats));
         view->timings.shadow_map += stats->map.depth_ms;
@@ -332,7 +371,8 @@ gn_result gn_view_render(gn_view *view, const gn_scene *scene, uint32_t camera,
     if (result != GN_OK)
         return result;
     const gn_rays rays = make_rays(view, &scene->cameras[camera]);
-    if ((result = start_history(view, scene, &rays)) != GN_OK ||
+    gn_history *history = desc->history ? desc->history : view->history;
+    if ((result = start_history(view, scene, &rays, history)) != GN_OK ||
         (result = reserve_lights(view, light_count)) != GN_OK)
         return result;
 
@@ -355,8 +395,10 @@ gn_result gn_view_render(gn_view *view, const gn_scene *scene, uint32_t camera,
             result = gn_fail(context, GN_ERROR_CANCELLED, "cancelled after %u of %u samples", s + 1,
                              samples);
     }
-    if (result != GN_OK)
+    if (result != GN_OK) {
+        gn_history_cut(history); /* masks of a frame that no other one follows */
         return result;
+    }
     if (samples > 1) /* the G-buffer that is shown belongs to the pixels' centres */
         trace_gbuffer(view, scene, &rays, (const float[2]){0.5f, 0.5f});
     return remember(view, scene, &rays);
