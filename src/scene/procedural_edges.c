@@ -237,21 +237,26 @@ static void put_bay(gn_maker *maker, const edges *part, float x, float shift)
     put(maker, GN_NONE, "Sheet", part->sheet, (gn_vec){x + 5.2f, 0, 0}, 0.3f + shift);
 }
 
+/* Ten seconds from one place to another along a line. */
+static void make_slide(gn_maker *maker, const char *name, gn_vec eye, gn_vec target, gn_vec along,
+                       float degrees)
+{
+    const gn_vec eyes[2] = {eye, gn_vec_add(eye, along)},
+                 targets[2] = {target, gn_vec_add(target, along)};
+    gn_make_moving_camera(maker, name, eyes, targets, 2, 10, degrees);
+}
+
 static void make_cameras(gn_maker *maker)
 {
     gn_make_camera(maker, "CamEdges", (gn_vec){-4.5f, 2.1f, 3.5f}, (gn_vec){-3.2f, 0.95f, 0}, 45);
     gn_make_camera(maker, "CamGaps", (gn_vec){2.3f, 2.1f, 2.6f}, (gn_vec){2.1f, 0.6f, 0}, 50);
     gn_make_camera(maker, "CamFence", (gn_vec){2, 2.1f, -8.2f}, (gn_vec){0.3f, 0.3f, -4}, 45);
-    gn_make_camera(maker, "CamHoles", (gn_vec){3.4f, 2, -3.2f}, (gn_vec){4.8f, 0.3f, -0.6f}, 45);
-    gn_make_camera(maker, "CamTree", (gn_vec){3.5f, 2, -12}, (gn_vec){1.2f, 1.8f, -34}, 40);
-    enum { KEYS = 41 };
-    gn_vec eyes[KEYS], targets[KEYS];
-    for (int i = 0; i < KEYS; i++) {
-        float x = -8 + 14 * (float)i / (KEYS - 1);
-        eyes[i] = (gn_vec){x, 1.9f, 3.8f};
-        targets[i] = (gn_vec){x + 1.2f, 0.8f, 0};
-    }
-    gn_make_moving_camera(maker, "CamWalk", eyes, targets, KEYS, 10, 55);
+    make_slide(maker, "CamHoles", (gn_vec){3.4f, 2, -3.2f}, (gn_vec){4.8f, 0.3f, -0.6f},
+               (gn_vec){3, 0, 0}, 45);
+    make_slide(maker, "CamTree", (gn_vec){-2.5f, 2, -12}, (gn_vec){-1.2f, 1.4f, -34},
+               (gn_vec){0, 0, -6}, 40);
+    make_slide(maker, "CamWalk", (gn_vec){-8, 1.9f, 3.8f}, (gn_vec){-6.8f, 0.8f, 0},
+               (gn_vec){14, 0, 0}, 55);
 }
 
 void gn_make_edges(gn_maker *maker)
