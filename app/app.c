@@ -14,6 +14,14 @@ const char *const gn_app_isa_names[] = {"auto", "scalar", "avx2", "avx512", NULL
 const char *const gn_app_map_alpha_names[] = {"test", "mip0", "hashed", "opaque", NULL};
 const char *const gn_app_reading_names[] = {"auto", "nearest", "white", "blue", "bilinear", NULL};
 
+const char *const gn_app_kernel_names[] = {"gather", "full", NULL};
+const char *const gn_app_switch_names[] = {"auto", "off", "on", NULL};
+
+gn_app_leak_options gn_app_leak_options_default(void)
+{
+    return (gn_app_leak_options){.epsilon = NAN, .kernel = GN_NONE, .depth_test = GN_NONE};
+}
+
 gn_app_options gn_app_options_default(void)
 {
     return (gn_app_options){.seed = 1,
@@ -32,7 +40,8 @@ gn_app_options gn_app_options_default(void)
                                     .depth_bias = NAN,
                                     .normal_bias = NAN,
                                     .minimum_variance = NAN,
-                                    .moment_bias = NAN}};
+                                    .moment_bias = NAN},
+                            .leak = gn_app_leak_options_default()};
 }
 
 /* Interrupts -------------------------------------------------------------------------------- */

@@ -31,6 +31,15 @@ typedef struct gn_app_map_options {
     bool mip_maps, no_reuse;
 } gn_app_map_options;
 
+/* Settings of leak tracing. Choices are GN_NONE, numbers NAN, where not given. */
+typedef struct gn_app_leak_options {
+    double epsilon;
+    uint32_t kernel, depth_test; /* gn_leak_kernel, gn_switch */
+    bool no_expand, no_remove;
+} gn_app_leak_options;
+
+gn_app_leak_options gn_app_leak_options_default(void);
+
 /* Values of the options that several commands have. */
 typedef struct gn_app_options {
     uint32_t threads; /* 0: one for each core */
@@ -44,6 +53,7 @@ typedef struct gn_app_options {
     double time;
     bool no_alpha_rescale;
     gn_app_map_options map;
+    gn_app_leak_options leak;
 } gn_app_options;
 
 gn_app_options gn_app_options_default(void);
@@ -52,6 +62,9 @@ gn_app_options gn_app_options_default(void);
 extern const char *const gn_app_isa_names[];
 extern const char *const gn_app_map_alpha_names[];
 extern const char *const gn_app_reading_names[];
+/* In the order of gn_leak_kernel and gn_switch. */
+extern const char *const gn_app_kernel_names[];
+extern const char *const gn_app_switch_names[];
 
 /* Lines for a command's option table; o is its gn_app_options. */
 #define GN_APP_DEVICE_OPTIONS(o)                                                                   \
@@ -126,6 +139,17 @@ extern const char *const gn_app_reading_names[];
                  "exponents of evsm; default: the method's own"),                                  \
         GN_REALS("esm", 0, "C", &(o).map.esm, 1, 1, "exponent of esm; default: the method's own")
 
+/* Settings of leak tracing. */
+#define GN_APP_LEAK_OPTIONS(o)                                                                     \
+    GN_REAL("leak-epsilon", 0, "X", &(o).leak.epsilon, 0, 0.49,                                    \
+            "a map is unsure between X and 1 - X; default 0.01"),                                  \
+        GN_CHOICE("leak-kernel", 0, "NAME", &(o).leak.kernel, gn_app_kernel_names,                 \
+                  "neighbours in the mask: gather (2x2, the default) or full (3x3)"),              \
+        GN_FLAG("no-expand", 0, &(o).leak.no_expand, "the mask adds no rays"),                     \
+        GN_FLAG("no-remove", 0, &(o).leak.no_remove, "the mask takes no rays away"),               \
+        GN_CHOICE("depth-test", 0, "WHEN", &(o).leak.depth_test, gn_app_switch_names,              \
+                  "rays are taken away only at an unchanged depth: auto (the default), off, on")
+
 #define GN_APP_TIME_OPTION(o)                                                                      \
     GN_REAL("time", 't', "S", &(o).time, 0, 1e6, "seconds into the animation, default 0")
 
@@ -141,7 +165,7 @@ typedef struct gn_app {
     uint32_t *lights; /* indices in the scene */
     uint32_t light_count;
     uint32_t frame;  /* number of the frame at hand */
-    gn_map_desc map; /* settings of maps, set by gn_app_use_methods() */
+    gn_map_desc map; /* settings of maps by the options, set by gn_app_use_methods() */
     gn_bar bar;
     bool wrong_usage;   /* the error is the user's, not the scene's or the machine's */
     bool keep_warnings; /* set before gn_app_open(): the command prints them itself */

@@ -27,28 +27,69 @@ static double ns_per_pixel(const gn_bench_row *row, double pixels)
     return row->test.spread.median * 1e6 / pixels;
 }
 
-/* What only methods with maps have. */
+/* Room for the longest name. */
+static int name_width(const gn_bench_result *result)
+{
+    size_t width = 13;
+    for (uint32_t i = 0; i < result->count; i++)
+        width = strlen(result->rows[i].name) > width ? strlen(result->rows[i].name) : width;
+    return (int)width + 1;
+}
+
+static bool any_traces(const gn_bench_result *result, gn_trace_rule trace)
+{
+    for (uint32_t i = 0; i < result->count; i++)
+        if (result->rows[i].timed && result->rows[i].trace == trace)
+            return true;
+    return false;
+}
+
+/* What only methods that read maps alone have. */
 static void print_maps(const gn_bench_result *result, double pixels)
 {
-    bool any = false;
-    for (uint32_t i = 0; i < result->count; i++)
-        any = any || result->rows[i].map_layers > 0;
-    if (!any)
+    if (!any_traces(result, GN_TRACE_NONE))
         return;
-    printf("\n%-14s%9s%9s%9s%8s%8s%8s%8s%9s%10s%8s\n", "maps, mean ms", "depth", "filter", "test",
-           "ns/px", "layers", "fits", "MB", "wrong %", "mean abs", "x mip0");
+    const int width = name_width(result);
+    printf("\n%-*s%9s%9s%9s%8s%8s%8s%8s%9s%10s%8s\n", width, "maps, mean ms", "depth", "filter",
+           "test", "ns/px", "layers", "fits", "MB", "wrong %", "mean abs", "x mip0");
     for (uint32_t i = 0; i < result->count; i++) {
         const gn_bench_row *row = &result->rows[i];
-        if (row->map_layers == 0)
+        if (!row->timed || row->trace != GN_TRACE_NONE)
             continue;
-        printf("%-14s%9.2f%9.2f%9.2f%8.2f%8u%8.2f%8.0f%9.3f%10.5f%8.2f\n", row->name,
+        printf("%-*s%9.2f%9.2f%9.2f%8.2f%8u%8.2f%8.0f%9.3f%10.5f%8.2f\n", width, row->name,
                row->shadow_map.mean, row->filter.mean, row->test.mean, ns_per_pixel(row, pixels),
                row->map_layers, row->map_fits, (double)row->map_bytes * 1e-6, row->wrong * 100,
-               row->mean_abs, row->speedup.median);
+               row->mean_abs, row->speedup.spread.median);
     }
     printf("ns/px: of the test, median. fits: layers placed anew, a frame. wrong and mean abs: "
            "against "
            "ray-mip0.\n");
+}
+
+/* What only leak tracing has. */
+static void print_leaks(const gn_bench_result *result, double pixels)
+{
+    if (!any_traces(result, GN_TRACE_LEAK))
+        return;
+    const int width = name_width(result);
+    printf("\n%-*s%8s%8s%8s%8s%7s%7s%8s%9s%9s%10s%8s%8s%8s%7s\n", width, "leak tracing, ms", "mean",
+           "min", "max", "x all", "min", "max", "rays %", "wrong %", "worst", "mean abs", "test",
+           "trace", "maps", "fits");
+    for (uint32_t i = 0; i < result->count; i++) {
+        const gn_bench_row *row = &result->rows[i];
+        if (!row->timed || row->trace != GN_TRACE_LEAK)
+            continue;
+        printf("%-*s%8.1f%8.1f%8.1f%8.2f%7.2f%7.2f%8.2f%9.4f%9.4f%10.5f%8.2f%8.2f%8.2f%7.2f\n",
+               width, row->name, row->visibility.mean, row->visibility.spread.min,
+               row->visibility.spread.max, row->speedup.mean, row->speedup.spread.min,
+               row->speedup.spread.max, row->rays / pixels * 100, row->wrong * 100,
+               row->wrong_max * 100, row->mean_abs, row->test.mean, row->trace_rays.mean,
+               row->shadow_map.mean + row->filter.mean, row->map_fits);
+    }
+    printf(
+        "x all, wrong and mean abs: against a ray for every pixel with the same alpha rule, which "
+        "is run\ntoo; x all: mean, least and most of the frames' ratios; worst: frame. test, "
+        "trace and maps: mean ms.\n");
 }
 
 static void print_table(const gn_app *app, const gn_bench_options *o, const gn_bench_result *result)
@@ -60,22 +101,23 @@ static void print_table(const gn_app *app, const gn_bench_options *o, const gn_b
            gn_app_camera_name(app, text), app->options.size[0], app->options.size[1], o->frames,
            o->fps, gn_device_get_info(app->device).threads,
            gn_device_get_info(app->device).isa_name);
-    printf("%.2f million shadow rays a frame; G-buffer %.1f ms, scene update %.2f ms\n\n",
+    printf("%.2f million shadow rays trace all; G-buffer %.1f ms, scene update %.2f ms\n\n",
            (double)result->rays * 1e-6, result->gbuffer.median, result->update.median);
-    printf("%-14s%9s%9s%9s%8s%8s%8s%8s", "", "ms", "min", "max", "ns/ray", "Mray/s", "x naive",
-           "/ mip0");
+    const int width = name_width(result);
+    const double pixels = (double)app->options.size[0] * app->options.size[1];
+    printf("%-*s%9s%9s%9s%8s%8s%8s%8s", width, "", "ms", "min", "max", "ns/ray", "Mray/s",
+           "x naive", "/ mip0");
     printf("%9s%8s%9s%8s", "flicker", "/ mip0", "toggles", "/ mip0");
     printf(result->referenced ? "%9s%8s%8s\n" : "\n", "mse", "/ mip0", "mean");
     for (uint32_t i = 0; i < result->count; i++) {
         const gn_bench_row *row = &result->rows[i];
-        printf("%-14s", row->name);
+        const bool plain = row->timed && row->trace == GN_TRACE_ALL; /* rays are all it does */
+        printf("%-*s", width, row->name);
         print_cell(row->timed ? row->visibility.spread.median : -1, "%*.1f", 9);
         print_cell(row->timed ? row->visibility.spread.min : -1, "%*.1f", 9);
         print_cell(row->timed ? row->visibility.spread.max : -1, "%*.1f", 9);
-        print_cell(row->timed ? ratio(row->visibility.spread.median * 1e6, row->rays) : -1, "%*.1f",
-                   8);
-        print_cell(row->rays > 0 ? row->rays / (row->visibility.spread.median * 1e3) : -1, "%*.2f",
-                   8);
+        print_cell(plain ? ratio(row->visibility.spread.median * 1e6, row->rays) : -1, "%*.1f", 8);
+        print_cell(plain ? row->rays / (row->visibility.spread.median * 1e3) : -1, "%*.2f", 8);
         print_cell(naive && row->timed ? row->speedup_naive.median : -1, "%*.2f", 8);
         print_cell(rival && row->timed
                        ? ratio(row->visibility.spread.median, rival->visibility.spread.median)
@@ -92,7 +134,8 @@ static void print_table(const gn_app *app, const gn_bench_options *o, const gn_b
         }
         printf("\n");
     }
-    print_maps(result, (double)app->options.size[0] * app->options.size[1]);
+    print_maps(result, pixels);
+    print_leaks(result, pixels * app->light_count);
     printf("\nflicker, toggles and mse are in 1/1000.");
     if (result->referenced)
         printf(" The reference has %u samples a pixel on %u frames, and a mean of %.4f.",
@@ -119,6 +162,30 @@ static void add_spread(cJSON *json, const char *prefix, gn_spread spread)
     }
 }
 
+/* Frame by frame, for plots. */
+static void add_series(cJSON *json, const gn_bench_result *result, const gn_bench_row *row)
+{
+    static const char *const keys[] = {"ms",     "rays",   "wrong",  "mean_abs",
+                                       "map_ms", "fitted", "pending"};
+    enum { COUNT = sizeof keys / sizeof *keys };
+    cJSON *list = cJSON_AddObjectToObject(json, "series"), *arrays[COUNT];
+    for (int k = 0; k < COUNT; k++)
+        arrays[k] = cJSON_AddArrayToObject(list, keys[k]);
+    for (uint32_t f = 0; f < result->frame_count; f++) {
+        const gn_bench_frame *frame = &row->frames[f];
+        const gn_app_cost *cost = &frame->cost;
+        const double values[COUNT] = {cost->total,
+                                      (double)cost->rays,
+                                      frame->wrong,
+                                      frame->mean_abs,
+                                      cost->shadow_map + cost->filter,
+                                      cost->fitted,
+                                      cost->pending};
+        for (int k = 0; k < COUNT; k++)
+            cJSON_AddItemToArray(arrays[k], cJSON_CreateNumber(values[k]));
+    }
+}
+
 static void add_passes(cJSON *json, const gn_bench_result *result, const gn_bench_row *row)
 {
     const struct {
@@ -127,7 +194,7 @@ static void add_passes(cJSON *json, const gn_bench_result *result, const gn_benc
     } passes[] = {{"shadow_map", row->shadow_map},
                   {"filter", row->filter},
                   {"test", row->test},
-                  {"trace", row->trace}};
+                  {"trace", row->trace_rays}};
     cJSON *list = cJSON_AddObjectToObject(json, "passes");
     add_spread(cJSON_AddObjectToObject(list, "gbuffer"), "ms", result->gbuffer);
     for (size_t i = 0; i < sizeof passes / sizeof *passes; i++) {
@@ -150,7 +217,7 @@ static void add_method(cJSON *methods, const gn_bench_result *result, const gn_b
         cJSON_AddNumberToObject(json, "noise", row->noise);
         add_passes(json, result, row);
         cJSON_AddNumberToObject(json, "rays_per_pixel", row->rays / pixels);
-        if (row->rays > 0) {
+        if (row->rays > 0 && row->trace == GN_TRACE_ALL) {
             cJSON_AddNumberToObject(json, "ns_per_ray",
                                     row->visibility.spread.median * 1e6 / row->rays);
             cJSON_AddNumberToObject(json, "rays_per_second",
@@ -160,16 +227,30 @@ static void add_method(cJSON *methods, const gn_bench_result *result, const gn_b
             cJSON *map = cJSON_AddObjectToObject(json, "map");
             cJSON_AddNumberToObject(map, "layers", row->map_layers);
             cJSON_AddNumberToObject(map, "fits", row->map_fits);
+            cJSON_AddNumberToObject(map, "pending", row->map_pending);
             cJSON_AddNumberToObject(map, "bytes", (double)row->map_bytes);
             cJSON_AddNumberToObject(map, "ns_per_pixel", ns_per_pixel(row, pixels));
         }
         /* Against tracing all; plain rays are that themselves. */
+        if (row->yardstick)
+            cJSON_AddStringToObject(json, "yardstick", row->yardstick);
         cJSON_AddNumberToObject(json, "wrong_pixels", row->wrong);
+        cJSON_AddNumberToObject(json, "wrong_max", row->wrong_max);
         cJSON_AddNumberToObject(json, "mean_abs", row->mean_abs);
-        if (row->speedup.median > 0) {
-            cJSON_AddNumberToObject(json, "speedup", row->speedup.median);
-            cJSON_AddNumberToObject(json, "speedup_min", row->speedup.min);
+        cJSON_AddNumberToObject(json, "mean_abs_max", row->mean_abs_max);
+        if (row->yardstick) {
+            cJSON_AddNumberToObject(json, "speedup", row->speedup.spread.median);
+            cJSON_AddNumberToObject(json, "speedup_mean", row->speedup.mean);
+            cJSON_AddNumberToObject(json, "speedup_min", row->speedup.spread.min);
+            cJSON_AddNumberToObject(json, "speedup_max", row->speedup.spread.max);
         }
+        if (row->trace == GN_TRACE_LEAK) {
+            cJSON_AddItemToObject(
+                json, "leak",
+                gn_app_leak_json(&row->leak, pixels * result->frame_count * result->light_count));
+            cJSON_AddNumberToObject(json, "mask_bytes", (double)row->mask_bytes);
+        }
+        add_series(json, result, row);
         if (row->speedup_naive.median > 0) {
             cJSON_AddNumberToObject(json, "speedup_naive", row->speedup_naive.median);
             cJSON_AddNumberToObject(json, "speedup_naive_min", row->speedup_naive.min);
@@ -203,6 +284,7 @@ static cJSON *make_json(const gn_app *app, const gn_bench_options *o, const gn_b
     cJSON *json = gn_app_json(app);
     cJSON_AddNumberToObject(json, "frames", o->frames);
     cJSON_AddNumberToObject(json, "fps", o->fps);
+    cJSON_AddNumberToObject(json, "warm_up", o->warm_up);
     cJSON_AddNumberToObject(json, "repeats", o->repeats);
     cJSON_AddNumberToObject(json, "instanced_triangles", (double)app->info.instanced_triangles);
     cJSON_AddNumberToObject(json, "rays", (double)result->rays);
@@ -219,18 +301,28 @@ static cJSON *make_json(const gn_app *app, const gn_bench_options *o, const gn_b
     return json;
 }
 
-/* Where there are maps: what they are held against. */
-static uint32_t add_yardstick(gn_app_method methods[GN_APP_MAX_METHODS], uint32_t count)
+/* What methods with maps are held against, where the list does not have it. */
+static uint32_t add_yardsticks(gn_app_method methods[GN_APP_MAX_METHODS], uint32_t count)
 {
-    bool maps = false;
-    for (uint32_t i = 0; i < count; i++) {
-        if (strcmp(methods[i].name, RIVAL) == 0)
-            return count;
-        maps = maps || gn_app_has_map(&methods[i]);
+    const uint32_t given = count;
+    for (uint32_t i = 0; i < given; i++) {
+        const gn_app_method yardstick = gn_app_yardstick_of(&methods[i]);
+        uint32_t k = 0;
+        while (k < count && strcmp(methods[k].name, yardstick.name) != 0)
+            k++;
+        if (gn_app_has_map(&methods[i]) && k == count && count < GN_APP_MAX_METHODS)
+            methods[count++] = yardstick;
     }
-    if (maps && count < GN_APP_MAX_METHODS)
-        methods[count++] = gn_app_yardstick();
     return count;
+}
+
+/* A mask takes some frames to settle, all else one. */
+static uint32_t usual_warm_up(const gn_app_method *methods, uint32_t count)
+{
+    for (uint32_t i = 0; i < count; i++)
+        if (gn_app_has_mask(&methods[i]))
+            return GN_APP_WARM_UP;
+    return 1;
 }
 
 int gn_app_bench(int argc, char **argv)
@@ -245,12 +337,17 @@ int gn_app_bench(int argc, char **argv)
     static const char *const names[] = {"SCENE", NULL};
     static const char *const pseudo[] = {BASELINE, NULL};
     static const char *const notes[] = {
-        "Methods take turns on the same frames. A frame's time is the fastest of its repeats; the",
-        "table has the median, least and most over the frames. 'naive' is the baseline: one ray at",
-        "a time, an instance a node, alpha test in mip 0. Ratios are to ray-mip0.",
-        "Methods are names in 'gnomon methods', names with * and ?, or all, rays, maps. With a map",
-        "method ray-mip0 is run too, and its errors are against it. Maps are kept from frame to",
-        "frame; a frame's time has what it took to bring them up to date, once.",
+        "Methods take turns on the same frames. The path is run --repeats times, each from "
+        "nothing;",
+        "a frame's time is the fastest of them, and the table has the median, least and most over",
+        "the frames. 'naive' is the baseline: one ray at a time, an instance a node, alpha test in",
+        "mip 0. Ratios are to ray-mip0.",
+        "Methods are names in 'gnomon methods', names with * and ?, or all, rays, maps, leaks. "
+        "Those",
+        "with a map take modifiers: 'lt-vsm:mip0:no-remove', 'lt-*:size=1024'; see docs/cli.md.",
+        "Maps are held against ray-mip0, leak tracing against a ray for every pixel with the same",
+        "alpha rule; that is run too. Maps and masks are kept from frame to frame; a frame's time",
+        "has what it took to bring them up to date.",
         "'gnomon bench --filter' measures the filter of shadow maps alone, 'gnomon bench SCENE",
         "--maps' their drawing, 'gnomon bench SCENE --evaluate' their reading; see the --help of",
         "each.",
@@ -265,7 +362,7 @@ int gn_app_bench(int argc, char **argv)
          "gnomon bench scene.glb --methods naive,ray-mip0,ray-saturate --json > result.json"}};
     gn_app_options common = gn_app_options_default();
     gn_bench_options bench = {
-        .frames = 12, .warm_up = 1, .repeats = 3, .fps = 60, .reference_frames = 3};
+        .frames = 12, .warm_up = GN_NONE, .repeats = 3, .fps = 60, .reference_frames = 3};
     const char *list = BASELINE ",rays", *path = NULL;
     const gn_option options[] = {
         GN_TEXT("methods", 'm', "A,B,...", &list, "methods to run; default: naive and the rays"),
@@ -273,8 +370,9 @@ int gn_app_bench(int argc, char **argv)
         GN_REAL("fps", 0, "N", &bench.fps, 0.001, 100000,
                 "frames a second of the animation, default 60"),
         GN_COUNT("repeats", 'r', "N", &bench.repeats, 1, 1000,
-                 "runs of each method a frame, default 3"),
-        GN_COUNT("warm-up", 0, "N", &bench.warm_up, 0, 1000, "frames before the first, default 1"),
+                 "runs of the path, default 3; of each frame the fastest counts"),
+        GN_COUNT("warm-up", 0, "N", &bench.warm_up, 0, 1000,
+                 "frames before the first, default 1, or 8 where a method has a mask"),
         GN_TEXT("path", 0, "CAMERA", &path, "the camera whose animation is the path; as --camera"),
         GN_COUNT("reference", 0, "SPP", &bench.reference, 0, 4096,
                  "also measure error against SPP samples a pixel; default 0: not"),
@@ -293,13 +391,15 @@ int gn_app_bench(int argc, char **argv)
     uint32_t count = gn_app_parse_methods("bench", list, pseudo, methods);
     if (count == 0)
         return GN_EXIT_USAGE;
-    count = add_yardstick(methods, count);
+    count = add_yardsticks(methods, count);
+    if (bench.warm_up == GN_NONE)
+        bench.warm_up = usual_warm_up(methods, count);
     if (path)
         common.camera = path;
     bench.start = common.time;
 
     gn_app app = {0};
-    gn_bench_result result;
+    gn_bench_result result = {0};
     bool good = gn_app_open(&app, "bench", &common) && gn_app_use_methods(&app, methods, count) &&
                 gn_app_load(&app, name) && gn_app_choose(&app) &&
                 gn_bench_run(&app, &bench, methods, count, &result);
@@ -312,6 +412,8 @@ int gn_app_bench(int argc, char **argv)
     if (good && (fflush(stdout) != 0 || ferror(stdout)))
         good = gn_app_error(&app, "standard output: cannot write");
     code = good ? GN_EXIT_OK : gn_app_fail(&app);
+    if (app.device)
+        gn_bench_free(&app, &result);
     gn_app_release_methods(methods, count);
     gn_app_close(&app);
     return code;

@@ -8,7 +8,7 @@
 
 typedef struct gn_bench_options {
     uint32_t frames, warm_up;  /* measured frames, and frames before them */
-    uint32_t repeats;          /* runs a frame and method; the fastest counts */
+    uint32_t repeats;          /* runs of the path; of each frame the fastest counts */
     double fps, start;         /* frame f is at start + f / fps seconds */
     uint32_t reference;        /* samples a pixel of the reference; 0: none */
     uint32_t reference_frames; /* how many frames get one, spread over the path */
@@ -21,20 +21,32 @@ typedef struct gn_bench_part {
     double mean;
 } gn_bench_part;
 
+/* What one method did in one frame. */
+typedef struct gn_bench_frame {
+    gn_app_cost cost;       /* of the fastest repeat */
+    double slowest;         /* repeat, milliseconds */
+    double wrong, mean_abs; /* against its yardstick */
+} gn_bench_frame;
+
 /* What one method did, over all frames. */
 typedef struct gn_bench_row {
     const char *name;
-    bool timed;                                    /* false: the reference */
-    gn_bench_part visibility;                      /* a frame, each the fastest of its repeats */
-    gn_bench_part shadow_map, filter, test, trace; /* of it */
+    bool timed;                   /* false: the reference */
+    gn_trace_rule trace;          /* NONE: a map alone */
+    const char *yardstick;        /* tracing all; itself for a plain ray */
+    const gn_bench_frame *frames; /* NULL: the reference */
+    gn_bench_part visibility;     /* a frame, each the fastest of its repeats */
+    gn_bench_part shadow_map, filter, test, trace_rays; /* of it */
     double noise;            /* the slowest repeat over the fastest, median over the frames */
     gn_spread speedup_naive; /* the baseline's time over this one's, frame by frame; 0 without */
-    gn_spread speedup;       /* the same of its yardstick: tracing all; 0 without */
-    double wrong, mean_abs;  /* against its yardstick */
-    double rays;             /* a frame, mean */
-    uint32_t map_layers;     /* of all lights; 0 without maps */
-    double map_fits;         /* layers placed anew, a frame, mean */
-    size_t map_bytes;
+    gn_bench_part speedup;   /* the same of its yardstick; 0 without */
+    double wrong, mean_abs;  /* against its yardstick, mean over the frames */
+    double wrong_max, mean_abs_max; /* worst frame */
+    double rays;                    /* a frame, mean */
+    gn_leak_counts leak;            /* all frames together */
+    uint32_t map_layers;            /* of all lights; 0 without maps */
+    double map_fits, map_pending;   /* layers placed anew, being drawn, a frame, mean */
+    size_t map_bytes, mask_bytes;
     bool steady;             /* flicker and toggles were measured */
     double flicker, toggles; /* docs/metrics.md */
     double mse, mean;        /* against the reference; mean visibility of the same frames */
@@ -43,15 +55,19 @@ typedef struct gn_bench_row {
 typedef struct gn_bench_result {
     gn_bench_row rows[GN_APP_MAX_METHODS + 1]; /* the reference, if on every frame, comes last */
     uint32_t count;
+    uint32_t frame_count, light_count;
+    gn_bench_frame *frames;    /* frame_count for each method */
     gn_spread gbuffer, update; /* milliseconds a frame */
     uint32_t referenced;       /* frames that had a reference */
     double reference_mean;     /* mean visibility */
-    uint64_t rays;             /* a frame, mean */
+    uint64_t rays;             /* of tracing all, a frame, mean */
 } gn_bench_result;
 
-/* Runs it. methods: real ones, or the pseudo-method "naive". */
+/* Runs it. methods: real ones, or the pseudo-method "naive". result holds what was found until
+ * gn_bench_free(), whatever is returned. */
 bool gn_bench_run(gn_app *app, const gn_bench_options *options, gn_app_method *methods,
                   uint32_t method_count, gn_bench_result *result);
+void gn_bench_free(gn_app *app, gn_bench_result *result);
 
 /* The row with that name, or NULL. */
 const gn_bench_row *gn_bench_find(const gn_bench_result *result, const char *name);

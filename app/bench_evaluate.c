@@ -39,11 +39,11 @@ static size_t pixels_of(const evaluation *e, uint32_t size)
     return (size_t)e->sizes[size][0] * e->sizes[size][1];
 }
 
-static bool make_map(evaluation *e, const gn_map_format *format, uint32_t count,
-                     gn_shadow_map **map)
+static bool make_map(evaluation *e, const gn_map_format *format, const gn_map_desc *settings,
+                     uint32_t count, gn_shadow_map **map)
 {
     gn_app *app = e->app;
-    gn_map_desc desc = app->map;
+    gn_map_desc desc = *settings;
     desc.cascades = count;
     return gn_shadow_map_create(app->device, format, &desc, map) == GN_OK &&
            gn_shadow_map_update(*map, app->scene, app->lights[0], app->camera,
@@ -101,13 +101,14 @@ static bool count_read(evaluation *e, const gn_shadow_map *map)
 static bool measure_cascades(evaluation *e, int c)
 {
     gn_shadow_map *yardstick = NULL, *map = NULL;
-    bool good = make_map(e, &gn_method_find(YARDSTICK)->map, cascades[c], &yardstick) &&
-                (c > 0 || count_read(e, yardstick));
+    bool good =
+        make_map(e, &gn_method_find(YARDSTICK)->map, &e->app->map, cascades[c], &yardstick) &&
+        (c > 0 || count_read(e, yardstick));
     for (uint32_t m = 0; good && m < e->count; m++) {
         gn_bar_step(&e->app->bar, ((double)m / e->count + c) / CASCADES, 0.5 / e->count, "%s",
                     e->methods[m].name);
         e->rows[m].name = e->methods[m].name;
-        good = make_map(e, &e->methods[m].method.map, cascades[c], &map) &&
+        good = make_map(e, &e->methods[m].method.map, &e->methods[m].map, cascades[c], &map) &&
                measure(e, map, yardstick, &e->rows[m], c);
         gn_shadow_map_destroy(&map);
     }
@@ -246,6 +247,9 @@ int gn_app_bench_evaluate(int argc, char **argv)
     for (uint32_t m = 0; m < count && code == GN_GO_ON; m++)
         if (!gn_app_has_map(&methods[m]))
             code = gn_usage_error("bench", "--methods: %s has no map to read", methods[m].name);
+        else if (methods[m].method.trace != GN_TRACE_NONE)
+            code = gn_usage_error("bench", "--methods: %s traces rays; maps alone are read here",
+                                  methods[m].name);
     if (code != GN_GO_ON || count == 0) {
         free(e);
         return code != GN_GO_ON ? code : GN_EXIT_USAGE;

@@ -1,5 +1,6 @@
-/* Running the benchmark: each frame is rendered once, then every method answers its shadow rays,
- * in turns, so that a slow moment of the machine hits them all. */
+/* Running the benchmark: each frame is rendered once, then every method finds its visibility, in
+ * turns, so that a slow moment of the machine hits them all. A repeat runs the whole path again,
+ * from nothing: masks and maps go through the same frames with the same bits. */
 #include "bench.h"
 
 #include <math.h>
@@ -21,28 +22,28 @@ typedef struct runner {
     size_t pixels, plane_floats; /* of a frame; of all lights of a frame */
     float *planes;               /* method_count + 1 sets of visibility */
     gn_flicker_state *states;    /* a method and light each */
-    gn_app_cost *costs;          /* [method][frame] fastest of the repeats */
-    double *noise;               /* [method][frame] slowest / fastest */
     double *series;              /* a number a frame, for a moment */
     double *gbuffer, *update;
     uint32_t measured, reference_frames;
     uint64_t rays; /* of the last frame */
 } runner;
 
+static gn_bench_frame *frame_of(const runner *r, uint32_t method, uint32_t frame)
+{
+    return &r->result->frames[(size_t)method * r->options->frames + frame];
+}
+
 static float *planes_of(const runner *r, uint32_t method)
 {
     return r->planes + method * r->plane_floats;
 }
 
-/* The method whose visibility this one's is held against: tracing all. What a map stands for is the
- * exact ray; a plain ray is that itself; the baseline traces as ray-mip0 does. */
+/* The method whose visibility this one's is held against, or GN_NONE. */
 static uint32_t yardstick_of(const runner *r, uint32_t method)
 {
-    const gn_app_method *m = &r->methods[method];
-    if (!m->pseudo && m->method.trace == GN_TRACE_ALL)
-        return method;
+    const gn_app_method yardstick = gn_app_yardstick_of(&r->methods[method]);
     for (uint32_t i = 0; i < r->method_count; i++)
-        if (strcmp(r->methods[i].name, "ray-mip0") == 0)
+        if (strcmp(r->methods[i].name, yardstick.name) == 0)
             return i;
     return GN_NONE;
 }
@@ -61,45 +62,28 @@ static bool run_method(runner *r, uint32_t m, gn_app_cost *cost)
     return !gn_app_interrupted();
 }
 
-/* Maps are kept: only the first repeat of a frame brings them up to date, and what that took is
- * part of the frame. */
-static void keep_fastest(gn_app_cost *best, const gn_app_cost *cost, bool first)
+/* All methods, in an order that turns from frame to frame. */
+static bool time_methods(runner *r, uint32_t repeat, uint32_t frame)
 {
-    if (first) {
-        *best = *cost;
-        return;
+    uint64_t rays = 0;
+    for (uint32_t turn = 0; turn < r->method_count; turn++) {
+        const uint32_t m = (turn + repeat + frame) % r->method_count;
+        gn_bench_frame *f = frame_of(r, m, frame);
+        gn_app_cost cost;
+        if (!run_method(r, m, &cost))
+            return false;
+        if (repeat == 0 || cost.total < f->cost.total)
+            f->cost = cost;
+        f->slowest = fmax(f->slowest, cost.total);
+        rays = cost.rays > rays ? cost.rays : rays;
     }
-    const double maps = best->shadow_map + best->filter;
-    const double rest = cost->total - cost->shadow_map - cost->filter;
-    best->total = fmin(best->total, rest + maps);
-    best->test = fmin(best->test, cost->test);
-    best->trace = fmin(best->trace, cost->trace);
-}
-
-/* All methods, repeats times each, in an order that turns from repeat to repeat. */
-static bool time_methods(runner *r, uint32_t frame)
-{
-    double slowest[GN_APP_MAX_METHODS] = {0}, fastest[GN_APP_MAX_METHODS];
-    for (uint32_t repeat = 0; repeat < r->options->repeats; repeat++)
-        for (uint32_t turn = 0; turn < r->method_count; turn++) {
-            const uint32_t m = (turn + repeat + frame) % r->method_count;
-            gn_app_cost cost;
-            if (!run_method(r, m, &cost))
-                return false;
-            keep_fastest(&r->costs[m * r->options->frames + frame], &cost, repeat == 0);
-            const double rest = cost.total - cost.shadow_map - cost.filter;
-            slowest[m] = fmax(slowest[m], rest);
-            fastest[m] = repeat == 0 ? rest : fmin(fastest[m], rest);
-            r->rays = cost.rays > 0 ? cost.rays : r->rays;
-        }
-    r->result->rays += r->rays;
-    for (uint32_t m = 0; m < r->method_count; m++)
-        r->noise[m * r->options->frames + frame] = slowest[m] / fastest[m];
+    if (repeat == 0)
+        r->result->rays += rays;
     return true;
 }
 
 /* Wrong pixels against the yardstick. */
-static void compare_methods(runner *r)
+static void compare_methods(runner *r, uint32_t frame)
 {
     for (uint32_t m = 0; m < r->method_count; m++) {
         const uint32_t yardstick = yardstick_of(r, m);
@@ -107,8 +91,8 @@ static void compare_methods(runner *r)
             continue;
         const gn_difference d =
             gn_measure_difference(planes_of(r, m), planes_of(r, yardstick), NULL, r->plane_floats);
-        r->result->rows[m].wrong += d.wrong;
-        r->result->rows[m].mean_abs += d.mean_abs;
+        frame_of(r, m, frame)->wrong = d.wrong;
+        frame_of(r, m, frame)->mean_abs = d.mean_abs;
     }
 }
 
@@ -167,7 +151,8 @@ static bool compare_reference(runner *r, bool steady)
     return true;
 }
 
-static bool run_frame(runner *r, int32_t frame)
+/* What is measured but the time is so in the first repeat. */
+static bool run_frame(runner *r, uint32_t repeat, int32_t frame)
 {
     const bool measured = frame >= 0;
     const bool every = r->options->reference_frames >= r->options->frames;
@@ -188,11 +173,14 @@ static bool run_frame(runner *r, int32_t frame)
                 return false;
         return true;
     }
-    r->gbuffer[frame] = gn_milliseconds() - start;
-    r->update[frame] = update;
-    if (!time_methods(r, (uint32_t)frame))
+    const double gbuffer = gn_milliseconds() - start;
+    if (!time_methods(r, repeat, (uint32_t)frame))
         return false;
-    compare_methods(r);
+    if (repeat > 0)
+        return true;
+    r->gbuffer[frame] = gbuffer;
+    r->update[frame] = update;
+    compare_methods(r, (uint32_t)frame);
     for (uint32_t m = 0; m < r->method_count; m++)
         add_flicker(r, m, planes_of(r, m), r->measured == 0);
     if (wants_reference(r->options, (uint32_t)frame) && !compare_reference(r, every))
@@ -221,74 +209,100 @@ static bool prepare(runner *r)
     const size_t sets = r->method_count + 1u;
     r->planes = gn_alloc_zero(r->context, sets * r->plane_floats, sizeof *r->planes);
     r->states = gn_alloc_zero(r->context, sets * app->light_count, sizeof *r->states);
-    r->costs = gn_alloc_zero(r->context, (size_t)r->method_count * o->frames, sizeof *r->costs);
-    r->noise = gn_alloc_zero(r->context, (size_t)r->method_count * o->frames, sizeof *r->noise);
+    r->result->frame_count = o->frames;
+    r->result->light_count = app->light_count;
+    r->result->frames =
+        gn_alloc_zero(r->context, (size_t)r->method_count * o->frames, sizeof *r->result->frames);
     r->series = gn_alloc_zero(r->context, o->frames, sizeof *r->series);
     r->gbuffer = gn_alloc_zero(r->context, o->frames, sizeof *r->gbuffer);
     r->update = gn_alloc_zero(r->context, o->frames, sizeof *r->update);
-    if (!r->planes || !r->states || !r->costs || !r->noise || !r->series || !r->gbuffer ||
-        !r->update)
+    if (!r->planes || !r->states || !r->result->frames || !r->series || !r->gbuffer || !r->update)
         return gn_app_error(app, "out of memory for %zu methods at this size", sets - 1);
     return true;
+}
+
+/* The series, summarised; it is sorted then. */
+static gn_bench_part part_of_series(runner *r)
+{
+    const uint32_t frames = r->options->frames;
+    gn_bench_part part = {0};
+    for (uint32_t f = 0; f < frames; f++)
+        part.mean += r->series[f] / frames;
+    part.spread = gn_measure_spread(r->series, frames);
+    return part;
 }
 
 /* One part of a method's costs; offset: where it lies in gn_app_cost. */
 static gn_bench_part part_of(runner *r, uint32_t m, size_t offset)
 {
-    const uint32_t frames = r->options->frames;
-    const gn_app_cost *costs = r->costs + (size_t)m * frames;
-    gn_bench_part part = {0};
-    for (uint32_t f = 0; f < frames; f++) {
-        memcpy(&r->series[f], (const char *)&costs[f] + offset, sizeof *r->series);
-        part.mean += r->series[f] / frames;
-    }
-    part.spread = gn_measure_spread(r->series, frames);
-    return part;
+    for (uint32_t f = 0; f < r->options->frames; f++)
+        memcpy(&r->series[f], (const char *)&frame_of(r, m, f)->cost + offset, sizeof *r->series);
+    return part_of_series(r);
 }
 
 /* How many times as fast as another method, frame by frame. */
-static gn_spread speedup_of(runner *r, uint32_t m, uint32_t other)
+static gn_bench_part speedup_of(runner *r, uint32_t m, uint32_t other)
 {
-    const uint32_t frames = r->options->frames;
     if (other == GN_NONE)
-        return (gn_spread){0};
-    for (uint32_t f = 0; f < frames; f++)
-        r->series[f] = r->costs[other * frames + f].total / r->costs[m * frames + f].total;
-    return gn_measure_spread(r->series, frames);
+        return (gn_bench_part){0};
+    for (uint32_t f = 0; f < r->options->frames; f++)
+        r->series[f] = frame_of(r, other, f)->cost.total / frame_of(r, m, f)->cost.total;
+    return part_of_series(r);
 }
 
-/* What a method's maps take in memory and in refits. */
-static void describe_maps(const runner *r, uint32_t m, gn_bench_row *row)
+static double noise_of(runner *r, uint32_t m)
 {
-    const uint32_t frames = r->options->frames;
-    for (uint32_t i = 0; i < r->app->light_count && gn_app_has_map(&r->methods[m]); i++) {
-        const gn_shadow_map *map = gn_history_map(r->methods[m].history, r->app->lights[i]);
+    for (uint32_t f = 0; f < r->options->frames; f++)
+        r->series[f] = frame_of(r, m, f)->slowest / frame_of(r, m, f)->cost.total;
+    return part_of_series(r).spread.median;
+}
+
+/* What a method keeps from frame to frame. */
+static void describe_history(const runner *r, uint32_t m, gn_bench_row *row)
+{
+    if (!gn_app_has_map(&r->methods[m]))
+        return;
+    const gn_history *history = r->methods[m].history;
+    for (uint32_t i = 0; i < r->app->light_count; i++) {
+        const gn_shadow_map *map = gn_history_map(history, r->app->lights[i]);
         row->map_layers += map ? gn_shadow_map_layer_count(map) : 0;
         row->map_bytes += map ? gn_shadow_map_bytes(map) : 0;
     }
-    for (uint32_t f = 0; f < frames; f++)
-        row->map_fits += (double)r->costs[m * frames + f].fitted / frames;
+    row->mask_bytes = gn_history_mask_bytes(history);
 }
 
 static void summarise_method(runner *r, uint32_t m, uint32_t naive)
 {
-    const uint32_t frames = r->options->frames;
+    const uint32_t frames = r->options->frames, yardstick = yardstick_of(r, m);
+    const gn_app_method *method = &r->methods[m];
     gn_bench_row *row = &r->result->rows[m];
-    row->name = r->methods[m].name;
+    row->name = method->name;
     row->timed = true;
+    row->trace = method->pseudo ? GN_TRACE_ALL : method->method.trace;
+    row->yardstick = yardstick == GN_NONE ? NULL : r->methods[yardstick].name;
+    row->frames = frame_of(r, m, 0);
     row->visibility = part_of(r, m, offsetof(gn_app_cost, total));
     row->shadow_map = part_of(r, m, offsetof(gn_app_cost, shadow_map));
     row->filter = part_of(r, m, offsetof(gn_app_cost, filter));
     row->test = part_of(r, m, offsetof(gn_app_cost, test));
-    row->trace = part_of(r, m, offsetof(gn_app_cost, trace));
-    row->speedup_naive = speedup_of(r, m, naive);
-    row->speedup = speedup_of(r, m, yardstick_of(r, m));
-    row->noise = gn_measure_spread(r->noise + (size_t)m * frames, frames).median;
-    for (uint32_t f = 0; f < frames; f++)
-        row->rays += (double)r->costs[m * frames + f].rays / frames;
-    if (r->methods[m].pseudo) /* it does not count them */
+    row->trace_rays = part_of(r, m, offsetof(gn_app_cost, trace));
+    row->speedup_naive = speedup_of(r, m, naive).spread;
+    row->speedup = speedup_of(r, m, yardstick);
+    row->noise = noise_of(r, m);
+    for (uint32_t f = 0; f < frames; f++) {
+        const gn_bench_frame *frame = &row->frames[f];
+        row->wrong += frame->wrong / frames;
+        row->wrong_max = fmax(row->wrong_max, frame->wrong);
+        row->mean_abs += frame->mean_abs / frames;
+        row->mean_abs_max = fmax(row->mean_abs_max, frame->mean_abs);
+        row->rays += (double)frame->cost.rays / frames;
+        row->map_fits += (double)frame->cost.fitted / frames;
+        row->map_pending += (double)frame->cost.pending / frames;
+        gn_app_add_counts(&row->leak, &frame->cost.leak);
+    }
+    if (method->pseudo) /* it does not count them */
         row->rays = (double)r->result->rays / frames;
-    describe_maps(r, m, row);
+    describe_history(r, m, row);
 }
 
 static void summarise(runner *r)
@@ -305,8 +319,6 @@ static void summarise(runner *r)
         row->steady = frames > 1;
         row->flicker /= pairs;
         row->toggles /= pairs;
-        row->wrong /= frames;
-        row->mean_abs /= frames;
         row->mse /= fmax(r->reference_frames, 1);
         row->mean /= fmax(r->reference_frames, 1);
         if (m < r->method_count)
@@ -331,14 +343,28 @@ static void clean_up(runner *r)
         gn_flicker_state_free(&r->states[i]);
     gn_free(r->context, r->planes);
     gn_free(r->context, r->states);
-    gn_free(r->context, r->costs);
-    gn_free(r->context, r->noise);
     gn_free(r->context, r->series);
     gn_free(r->context, r->gbuffer);
     gn_free(r->context, r->update);
     gn_naive_destroy(r->naive);
     gn_view_destroy(&r->view);
     gn_view_destroy(&r->reference);
+}
+
+/* All that methods keep is forgotten. */
+static void begin_repeat(runner *r)
+{
+    gn_view_reset_history(r->view);
+    for (uint32_t m = 0; m < r->method_count; m++)
+        if (r->methods[m].history)
+            gn_history_reset(r->methods[m].history);
+}
+
+void gn_bench_free(gn_app *app, gn_bench_result *result)
+{
+    if (result->frames)
+        gn_free(gn_device_context(app->device), result->frames);
+    result->frames = NULL;
 }
 
 bool gn_bench_run(gn_app *app, const gn_bench_options *options, gn_app_method *methods,
@@ -353,10 +379,16 @@ bool gn_bench_run(gn_app *app, const gn_bench_options *options, gn_app_method *m
     memset(result, 0, sizeof *result);
     bool good = prepare(&r);
     const int32_t first = -(int32_t)options->warm_up, end = (int32_t)options->frames;
-    for (int32_t frame = first; frame < end && good; frame++) {
-        gn_bar_step(&app->bar, (double)(frame - first) / (end - first), 1.0 / (end - first),
-                    frame < 0 ? "warm-up" : "frame %d of %d", frame + 1, end);
-        good = run_frame(&r, frame);
+    const double whole = (double)(end - first) * options->repeats;
+    for (uint32_t repeat = 0; repeat < options->repeats && good; repeat++) {
+        begin_repeat(&r);
+        for (int32_t frame = first; frame < end && good; frame++) {
+            const double done = (double)(end - first) * repeat + (frame - first);
+            gn_bar_step(&app->bar, done / whole, 1.0 / whole,
+                        frame < 0 ? "run %u of %u: warm-up" : "run %u of %u: frame %d of %d",
+                        repeat + 1, options->repeats, frame + 1, end);
+            good = run_frame(&r, repeat, frame);
+        }
     }
     gn_bar_clear(&app->bar);
     if (good)

@@ -22,6 +22,7 @@ typedef struct side {
     uint32_t runs;
     gn_spread spread;
     double map_ms; /* making its maps, once */
+    double rays;   /* a pixel and light, in the last of the runs */
 } side;
 
 typedef struct comparison {
@@ -31,23 +32,34 @@ typedef struct comparison {
     gn_difference *differences; /* one a light */
     double ratio;               /* time of b over time of a */
     double gain;                /* of the difference picture */
+    uint32_t warm_up;           /* frames before, of methods with a mask */
     cJSON *files;
 } comparison;
 
-static bool render_side(gn_app *app, side *s)
+static bool render_side(const comparison *c, gn_app *app, side *s)
 {
     /* The pseudo-method: the plain ray many times a pixel. */
     const gn_app_method yardstick = gn_app_yardstick();
+    const gn_app_method *method = s->method->pseudo ? &yardstick : s->method;
     const gn_view_desc desc = gn_app_view_desc(app, s->samples);
-    const gn_visibility_desc visibility =
-        gn_app_visibility_desc(app, s->method->pseudo ? &yardstick : s->method);
-    if (gn_view_create(app->device, &desc, &s->view) != GN_OK ||
-        gn_view_render(s->view, app->scene, app->camera, &visibility, app->lights,
-                       app->light_count) != GN_OK)
+    if (gn_view_create(app->device, &desc, &s->view) != GN_OK)
         return false;
-    const gn_timings timings = gn_view_timings(s->view);
-    s->map_ms = timings.shadow_map + timings.filter;
-    return !gn_app_interrupted();
+    /* A mask settles on a still view. */
+    const uint32_t before = gn_app_has_mask(method) ? c->warm_up : 0;
+    for (app->frame = 0; app->frame <= before; app->frame++) {
+        const gn_visibility_desc visibility = gn_app_visibility_desc(app, method);
+        if (method->no_reuse)
+            gn_history_reset_maps(method->history);
+        if (gn_view_render(s->view, app->scene, app->camera, &visibility, app->lights,
+                           app->light_count) != GN_OK ||
+            gn_app_interrupted())
+            return false;
+        const gn_timings timings = gn_view_timings(s->view);
+        if (method->no_reuse)
+            s->map_ms = 0;
+        s->map_ms += timings.shadow_map + timings.filter;
+    }
+    return true;
 }
 
 /* Times the visibility stage of both, in turns, on one G-buffer. A supersampled side is timed as
@@ -61,6 +73,7 @@ static bool time_sides(comparison *c)
         return gn_app_error(app, "out of memory");
     bool good = true;
     for (uint32_t run = 0; run < RUNS && good; run++) {
+        app->frame = c->warm_up + 1 + run; /* of a view that stands still */
         gn_bar_step(&app->bar, 0.7 + 0.2 * run / RUNS, 0.2 / RUNS, "timing, %u of %d", run + 1,
                     RUNS);
         for (int k = 0; k < 2 && good; k++) {
@@ -70,6 +83,7 @@ static bool time_sides(comparison *c)
                 continue;
             good = gn_app_visibility(app, g, s->method, planes, &cost);
             s->ms[s->runs++] = cost.total;
+            s->rays = (double)cost.rays / ((double)g->width * g->height * app->light_count);
         }
     }
     for (int k = 0; k < 2; k++) {
@@ -127,13 +141,12 @@ static void paint_difference(const comparison *c, const uint8_t *a, uint8_t *out
 }
 
 static bool write_picture(comparison *c, const char *path, uint32_t width, const uint8_t *pixels,
-                          const char *method)
+                          const char *names, const gn_app_method *method)
 {
     gn_app *app = &c->app;
     gn_settings settings;
-    gn_settings_fill(&settings, app, method, 1, app->options.time);
-    if (gn_app_has_map(&c->methods[0]) || gn_app_has_map(&c->methods[1]))
-        gn_settings_add_map(&settings, &app->map);
+    gn_settings_fill(&settings, app, names, 1, app->options.time);
+    gn_settings_add_method(&settings, method);
     if (gn_write_png(app->device, path, width, app->options.size[1], 3, pixels, settings.attributes,
                      settings.count) != GN_OK)
         return false;
@@ -148,6 +161,8 @@ static bool write_pictures(comparison *c, const char *output, uint8_t *const pic
     gn_app *app = &c->app;
     const uint32_t width = app->options.size[0], height = app->options.size[1];
     const size_t row = (size_t)width * 3;
+    const gn_app_method *a = c->sides[0].method, *b = c->sides[1].method;
+    const gn_app_method *with_map = gn_app_has_map(a) ? a : b; /* whose settings are named */
     for (int k = 0; k < 2; k++)
         gn_encode_srgb(gn_view_image(c->sides[k].view), pictures[k], row * height);
     paint_difference(c, pictures[0], pictures[2]);
@@ -155,25 +170,25 @@ static bool write_pictures(comparison *c, const char *output, uint8_t *const pic
         for (uint32_t k = 0; k < 3; k++)
             memcpy(pictures[3] + (3 * y + k) * row, pictures[k] + y * row, row);
     }
-    char names[160], path[4096];
-    snprintf(names, sizeof names, "%s, %s, difference", c->sides[0].method->name,
-             c->sides[1].method->name);
+    char names[320], path[4096];
+    snprintf(names, sizeof names, "%s, %s, difference", a->name, b->name);
     const size_t length = strlen(output);
     if (length > 4 && strcmp(output + length - 4, ".png") == 0)
-        return write_picture(c, output, 3 * width, pictures[3], names);
+        return write_picture(c, output, 3 * width, pictures[3], names, with_map);
 
     const struct {
-        const char *file, *method;
+        const char *file, *names;
         uint32_t width;
-    } files[4] = {{"a", c->sides[0].method->name, width},
-                  {"b", c->sides[1].method->name, width},
-                  {"difference", names, width},
-                  {"side-by-side", names, 3 * width}};
+        const gn_app_method *method;
+    } files[4] = {{"a", a->name, width, a},
+                  {"b", b->name, width, b},
+                  {"difference", names, width, with_map},
+                  {"side-by-side", names, 3 * width, with_map}};
     bool good = gn_app_make_folder(app, output);
     for (int k = 0; k < 4 && good; k++) {
         if (snprintf(path, sizeof path, "%s/%s.png", output, files[k].file) >= (int)sizeof path)
             return gn_app_error(app, "%s: the name is too long", output);
-        good = write_picture(c, path, files[k].width, pictures[k], files[k].method);
+        good = write_picture(c, path, files[k].width, pictures[k], files[k].names, files[k].method);
     }
     return good;
 }
@@ -214,7 +229,9 @@ static void print_table(const comparison *c)
         printf("%-14s%10.2f%10.2f%10.2f", c->sides[k].method->name, s->median, s->min, s->max);
         if (gn_app_has_map(c->sides[k].method))
             printf("   and %.2f to make its maps%s", c->sides[k].map_ms,
-                   c->app.options.map.no_reuse ? ", which is part of it" : ", once");
+                   c->sides[k].method->no_reuse ? ", which is part of it" : ", once");
+        if (c->sides[k].method->method.trace == GN_TRACE_LEAK)
+            printf("; %.2f %% rays", c->sides[k].rays * 100);
         printf("\n");
     }
     printf("%s takes %.3f times the time of %s\n", b->method->name, c->ratio, a->method->name);
@@ -233,6 +250,8 @@ static bool print_json(comparison *c)
         cJSON_AddNumberToObject(entry, "ms_max", s->spread.max);
         cJSON_AddNumberToObject(entry, "runs", s->runs);
         cJSON_AddNumberToObject(entry, "map_ms", s->map_ms);
+        if (s->samples == 1)
+            cJSON_AddNumberToObject(entry, "rays_per_pixel", s->rays);
     }
     cJSON_AddNumberToObject(json, "time_ratio", c->ratio);
     cJSON *list = cJSON_AddArrayToObject(json, "differences");
@@ -268,7 +287,7 @@ static bool run(comparison *c, const gn_app_options *options, const char *scene,
     for (int k = 0; k < 2 && good; k++) {
         const double share = 0.6 * c->sides[k].samples / samples;
         gn_bar_step(&app->bar, done, share, "%s", c->sides[k].method->name);
-        good = render_side(app, &c->sides[k]);
+        good = render_side(c, app, &c->sides[k]);
         done += share;
     }
     good = good && measure(c) && time_sides(c) && (!output || paint_and_write(c, output));
@@ -289,8 +308,9 @@ int gn_app_compare(int argc, char **argv)
         "OUT is a folder for a.png, b.png, difference.png and side-by-side.png, or a .png for the",
         "last of them. In the difference, orange is lighter in B and blue darker.",
         "Pixels that see no surface are left out. A pixel is wrong where visibility differs by",
-        "more than 0.5. Times: the visibility stage, 5 runs in turns, on one G-buffer; maps are",
-        "kept from run to run unless --no-reuse is given.",
+        "more than 0.5. Times: the visibility stage, 5 runs in turns, on one G-buffer; maps and",
+        "masks are kept from run to run as from frame to frame of a view at rest, maps unless",
+        "--no-reuse is given.",
         NULL};
     const gn_usage usage = {
         "compare",
@@ -302,7 +322,7 @@ int gn_app_compare(int argc, char **argv)
          "gnomon compare scene.glb --a reference --b ray-saturate --size 1280x720 --json"}};
     gn_app_options common = gn_app_options_default();
     const char *a = NULL, *b = NULL, *output = NULL, *scene;
-    comparison c = {.gain = 1};
+    comparison c = {.gain = 1, .warm_up = GN_APP_WARM_UP};
     const gn_option options[] = {
         GN_TEXT("a", 'a', "METHOD", &a, "the method to compare with"),
         GN_TEXT("b", 'b', "METHOD", &b, "the method to compare"),
@@ -310,7 +330,10 @@ int gn_app_compare(int argc, char **argv)
         GN_REAL("gain", 'g', "X", &c.gain, 1, 1000, "factor of the difference picture, default 1"),
         GN_APP_SHOT_OPTIONS(common),
         GN_APP_TIME_OPTION(common),
+        GN_COUNT("warm-up", 0, "N", &c.warm_up, 0, 1000,
+                 "frames in which masks settle, the view at rest, default 8"),
         GN_APP_MAP_OPTIONS(common),
+        GN_APP_LEAK_OPTIONS(common),
         GN_APP_DEVICE_OPTIONS(common),
         GN_OPTIONS_END,
     };

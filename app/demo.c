@@ -10,7 +10,7 @@
 #include "picture.h"
 
 /* ray-mip0 comes first: all others are compared with it. */
-#define METHODS           "ray-mip0,rays,sm,pcf9,evsm,nlmsm64"
+#define METHODS           "ray-mip0,rays,sm,pcf9,evsm,nlmsm64,lt-vsm"
 #define RUNS              3
 #define REFERENCE_SAMPLES 16
 #define FRAMES            12
@@ -56,35 +56,46 @@ typedef struct show {
     gn_bar_step(&(s)->app.bar, (s)->before + (fraction) / (double)SCENE_COUNT,                     \
                 (share) / (double)SCENE_COUNT, __VA_ARGS__)
 
-static bool write_picture(show *s, const gn_view *view, const char *method, bool has_map,
+/* method: NULL for the reference. */
+static bool write_picture(show *s, const gn_view *view, const gn_app_method *method,
                           uint32_t samples, cJSON *methods)
 {
     char file[128], path[4096];
     gn_settings settings;
-    snprintf(file, sizeof file, "%s.%s.png", s->shown->name, method);
+    const char *name = method ? method->name : "reference";
+    snprintf(file, sizeof file, "%s.%s.png", s->shown->name, name);
     if (snprintf(path, sizeof path, "%s/%s", s->folder, file) >= (int)sizeof path)
         return gn_app_error(&s->app, "%s: the name is too long", s->folder);
-    gn_settings_fill(&settings, &s->app, method, samples, 0);
-    if (has_map)
-        gn_settings_add_map(&settings, &s->app.map);
+    gn_settings_fill(&settings, &s->app, name, samples, 0);
+    if (method)
+        gn_settings_add_method(&settings, method);
     if (!gn_write_shaded(&s->app, path, s->app.options.size[0], s->app.options.size[1],
                          gn_view_image(view), &settings))
         return false;
     cJSON *item = cJSON_CreateObject();
-    cJSON_AddStringToObject(item, "name", method);
+    cJSON_AddStringToObject(item, "name", name);
     cJSON_AddStringToObject(item, "file", file);
     cJSON_AddItemToArray(methods, item);
     return true;
 }
 
-static bool render(show *s, gn_view *view, const gn_app_method *method)
+/* map_ms: what it took to make maps is added. */
+static bool render(show *s, gn_view *view, const gn_app_method *method, double *map_ms)
 {
     gn_app *app = &s->app;
-    const gn_visibility_desc desc = gn_app_visibility_desc(app, method);
-    gn_view_reset_history(view);
-    return gn_view_render(view, app->scene, app->camera, &desc, app->lights, app->light_count) ==
-               GN_OK &&
-           !gn_app_interrupted();
+    /* A mask settles first, on a still view. */
+    const uint32_t before = gn_app_has_mask(method) ? GN_APP_WARM_UP : 0;
+    for (app->frame = 0; app->frame <= before; app->frame++) {
+        const gn_visibility_desc desc = gn_app_visibility_desc(app, method);
+        gn_view_reset_history(view);
+        if (gn_view_render(view, app->scene, app->camera, &desc, app->lights, app->light_count) !=
+                GN_OK ||
+            gn_app_interrupted())
+            return false;
+        const gn_timings timings = gn_view_timings(view);
+        *map_ms += timings.shadow_map + timings.filter;
+    }
+    return true;
 }
 
 /* One picture a method, and its distance from a supersampled one. */
@@ -95,27 +106,26 @@ static bool take_pictures(show *s, cJSON *methods)
     const gn_app_method yardstick = gn_app_yardstick();
     gn_view *reference = NULL;
     STEP(s, 0.05, 0.35, "%s: reference", s->shown->name);
-    bool good =
-        gn_view_create(app->device, &desc, &reference) == GN_OK && render(s, reference, &yardstick);
+    double no_maps = 0;
+    bool good = gn_view_create(app->device, &desc, &reference) == GN_OK &&
+                render(s, reference, &yardstick, &no_maps);
     uint8_t *mask = malloc(s->pixels);
     if (good && !mask)
         good = gn_app_error(app, "out of memory");
     for (uint32_t i = 0; i < s->count && good; i++) {
         entry *e = &s->entries[i];
         STEP(s, 0.4 + 0.2 * i / s->count, 0, "%s: %s", s->shown->name, e->method->name);
-        good = render(s, s->view, e->method) &&
-               write_picture(s, s->view, e->method->name, gn_app_has_map(e->method), 1, methods);
+        good = render(s, s->view, e->method, &e->map_ms) &&
+               write_picture(s, s->view, e->method, 1, methods);
         if (!good)
             break;
-        const gn_timings timings = gn_view_timings(s->view);
-        e->map_ms = timings.shadow_map + timings.filter;
         const gn_gbuffer *g = gn_view_gbuffer(s->view);
         for (size_t p = 0; p < s->pixels; p++)
             mask[p] = g->surface[p] != GN_NONE;
         e->difference = gn_measure_difference(gn_view_visibility(reference, 0),
                                               gn_view_visibility(s->view, 0), mask, s->pixels);
     }
-    good = good && write_picture(s, reference, "reference", false, REFERENCE_SAMPLES, methods);
+    good = good && write_picture(s, reference, NULL, REFERENCE_SAMPLES, methods);
     free(mask);
     gn_view_destroy(&reference);
     return good;
@@ -124,6 +134,7 @@ static bool take_pictures(show *s, cJSON *methods)
 static bool take_times(show *s)
 {
     for (uint32_t run = 0; run < RUNS; run++) {
+        s->app.frame = run + GN_APP_WARM_UP + 1;
         STEP(s, 0.6 + 0.1 * run / RUNS, 0, "%s: timing", s->shown->name);
         for (uint32_t i = 0; i < s->count; i++) {
             entry *e = &s->entries[i];

@@ -18,6 +18,7 @@ static cJSON *make_json(const gn_app *app)
         cJSON_AddStringToObject(entry, "paper", method->paper);
         cJSON_AddItemToObject(entry, "map", gn_app_map_json(&method->map));
         cJSON_AddStringToObject(entry, "trace", gn_app_trace_names[method->trace]);
+        cJSON_AddBoolToObject(entry, "mask", method->trace == GN_TRACE_LEAK && method->mask);
         if (method->trace == GN_TRACE_NONE)
             cJSON_AddNullToObject(entry, "alpha");
         else
@@ -26,9 +27,26 @@ static cJSON *make_json(const gn_app *app)
     return json;
 }
 
+/* What the light's view stores, which pixels get a ray, and what masked occluders do to it. */
+static void print_parts(const gn_method *method)
+{
+    char map[32] = "-";
+    const gn_map_format *format = &method->map;
+    if (format->kind != GN_MAP_NONE)
+        snprintf(map, sizeof map, "%s", gn_app_map_names[format->kind]);
+    const char *rays = method->trace == GN_TRACE_ALL    ? "all"
+                       : method->trace == GN_TRACE_NONE ? "-"
+                       : method->mask                   ? "leak, mask"
+                                                        : "leak";
+    const uint32_t bits = format->single_depth ? 32 : format->bits;
+    printf("%-16s%-7s%5.0u %-11s%-9s ", method->name, map, bits, rays,
+           method->trace == GN_TRACE_NONE ? "-" : gn_app_alpha_names[method->alpha]);
+}
+
 /* Papers are long, and few: numbers beside the methods, names below. */
 static void print_list(void)
 {
+    printf("%-16s%-7s%5s %-11s%-9s\n", "", "map", "bits", "rays", "alpha");
     const char *papers[GN_APP_MAX_METHODS];
     uint32_t count = 0;
     for (uint32_t i = 0; gn_methods[i] && count < GN_APP_MAX_METHODS; i++) {
@@ -38,7 +56,8 @@ static void print_list(void)
             number++;
         if (number == count && *method->paper)
             papers[count++] = method->paper;
-        printf("%-16s%s", method->name, method->description);
+        print_parts(method);
+        printf("%s", method->description);
         if (*method->paper)
             printf(" [%u]", number + 1);
         printf("\n");
@@ -52,8 +71,11 @@ int gn_app_methods(int argc, char **argv)
 {
     static const char *const words[] = {NULL};
     static const char *const notes[] = {
-        "Each has a page in docs/methods.md. 'gnomon render' can also make one of parts: --map,",
-        "--trace and --alpha.", NULL};
+        "Each has a page in docs/methods.md. map, bits: what the light's view stores, and how much "
+        "a",
+        "texel; rays: pixels that get one, all or where the map may leak, with a mask of the frame",
+        "before or without; alpha: what masked occluders do to a ray.",
+        "'gnomon render' can also make one of parts: --map, --trace and --alpha.", NULL};
     const gn_usage usage = {"methods",   "the ways of finding visibility, with their papers",
                             "[options]", words,
                             notes,       {"gnomon methods", "gnomon methods --json"}};

@@ -6,8 +6,8 @@
 #include <string.h>
 
 const char *const gn_aov_names[] = {
-    "visibility", "depth",   "normal",  "shading_normal", "albedo", "motion", "position",
-    "lod",        "lookups", "cascade", "test",           "map",    "xi4",    NULL};
+    "visibility", "depth", "normal", "shading_normal", "albedo", "motion", "position", "lod",
+    "lookups",    "rays",  "class",  "cascade",        "test",   "map",    "xi4",      NULL};
 
 bool gn_aov_parse(const char *command, const char *list, uint32_t *set)
 {
@@ -37,7 +37,7 @@ bool gn_aov_parse(const char *command, const char *list, uint32_t *set)
 
 bool gn_aov_check(const char *command, uint32_t set, const gn_app_method *method)
 {
-    static const uint32_t of_rays = 1u << GN_AOV_LOD | 1u << GN_AOV_LOOKUPS,
+    static const uint32_t of_rays = 1u << GN_AOV_LOD | 1u << GN_AOV_LOOKUPS | 1u << GN_AOV_RAYS,
                           of_maps = 1u << GN_AOV_CASCADE | 1u << GN_AOV_TEST | 1u << GN_AOV_MAP;
     const char *reason = "";
     uint32_t wrong = 0;
@@ -47,6 +47,9 @@ bool gn_aov_check(const char *command, uint32_t set, const gn_app_method *method
     } else if (!gn_app_has_map(method) && set & of_maps) {
         wrong = set & of_maps;
         reason = "has no map";
+    } else if (method->method.trace != GN_TRACE_LEAK && set >> GN_AOV_CLASS & 1) {
+        wrong = 1u << GN_AOV_CLASS;
+        reason = "is no leak tracing; lt-*, ltt-* and hybrid-pcf are";
     } else if (method->method.map.kind != GN_MAP_NLMSM && set >> GN_AOV_XI4 & 1) {
         wrong = 1u << GN_AOV_XI4;
         reason = "does not store it; nlmsm does";
@@ -59,14 +62,28 @@ bool gn_aov_check(const char *command, uint32_t set, const gn_app_method *method
     return true;
 }
 
-void gn_settings_add_map(gn_settings *settings, const gn_map_desc *desc)
+void gn_settings_add_method(gn_settings *settings, const gn_app_method *method)
 {
+    if (!gn_app_has_map(method))
+        return;
+    const gn_map_desc *map = &method->map;
     snprintf(settings->map, sizeof settings->map,
              "size=%u cascades=%u samples=%u alpha=%s filter=%u sigma=%g reading=%s%s",
-             desc->resolution, desc->cascades, desc->samples, gn_app_map_alpha_names[desc->alpha],
-             desc->filter_width, (double)desc->filter_sigma, gn_app_reading_names[desc->reading],
-             desc->mip_maps ? " mips" : "");
+             map->resolution, map->cascades, map->samples, gn_app_map_alpha_names[map->alpha],
+             map->filter_width, (double)map->filter_sigma, gn_app_reading_names[map->reading],
+             map->mip_maps ? " mips" : "");
     settings->attributes[settings->count++] = (gn_attribute){"map", settings->map};
+    if (method->method.trace != GN_TRACE_LEAK)
+        return;
+    const gn_leak_desc *leak = &method->leak;
+    int used = snprintf(settings->leak, sizeof settings->leak, "alpha=%s epsilon=%g",
+                        gn_app_alpha_names[method->method.alpha], (double)leak->epsilon);
+    if (method->method.mask)
+        snprintf(settings->leak + used, sizeof settings->leak - (size_t)used,
+                 " mask kernel=%s%s%s depth-test=%s", gn_app_kernel_names[leak->kernel],
+                 leak->expand ? " expand" : "", leak->remove ? " remove" : "",
+                 gn_app_switch_names[leak->depth_test]);
+    settings->attributes[settings->count++] = (gn_attribute){"leak", settings->leak};
 }
 
 void gn_settings_fill(gn_settings *settings, const gn_app *app, const char *method,
@@ -158,13 +175,30 @@ static void paint_cascade(float layer, float visibility, uint8_t rgb[3])
                                      (0.4f + 0.6f * visibility));
 }
 
-/* One AOV in a form made for looking; 3 bytes a pixel, or 1 for visibility, test
- * and depth. */
+/* The colours of Table 1 of the leak tracing paper; what faces no light is black there. */
+static void paint_class(float leak_class, uint8_t rgb[3])
+{
+    static const uint8_t colors[8][3] = {[GN_LEAK_RED] = {230, 40, 40},
+                                         [GN_LEAK_GREEN] = {40, 160, 60},
+                                         [GN_LEAK_YELLOW] = {245, 215, 40},
+                                         [GN_LEAK_PURPLE] = {160, 60, 200},
+                                         [GN_LEAK_WHITE] = {255, 255, 255}};
+    memcpy(rgb, colors[(uint32_t)leak_class & 7], 3);
+}
+
+static bool is_grey(gn_aov aov)
+{
+    return aov == GN_AOV_VISIBILITY || aov == GN_AOV_DEPTH || aov == GN_AOV_TEST ||
+           aov == GN_AOV_RAYS;
+}
+
+/* One AOV in a form made for looking; 3 bytes a pixel, or 1 where it is grey. */
 static void paint(const gn_frame *frame, gn_aov aov, uint32_t light, uint8_t *out)
 {
     const gn_gbuffer *g = gn_view_gbuffer(frame->view);
     const size_t pixels = (size_t)g->width * g->height;
     const float *visibility = gn_view_visibility(frame->view, light);
+    const float *fact = frame->facts[aov] ? frame->facts[aov] + light * pixels : NULL;
     const gn_scene_info info = gn_scene_get_info(frame->app->scene);
     float nearest = INFINITY;
     for (size_t i = 0; i < pixels && aov == GN_AOV_DEPTH; i++) {
@@ -206,16 +240,20 @@ static void paint(const gn_frame *frame, gn_aov aov, uint32_t light, uint8_t *ou
             }
             break;
         case GN_AOV_LOD:
-            gn_heat_color(frame->lod[light * pixels + i] / LOD_RANGE, rgb);
+            gn_heat_color(fact[i] / LOD_RANGE, rgb);
             break;
         case GN_AOV_LOOKUPS:
-            gn_heat_color(frame->lookups[light * pixels + i] / LOOKUPS_RANGE, rgb);
+            gn_heat_color(fact[i] / LOOKUPS_RANGE, rgb);
+            break;
+        case GN_AOV_CLASS:
+            paint_class(fact[i], rgb);
             break;
         case GN_AOV_CASCADE:
-            paint_cascade(frame->cascade[light * pixels + i], visibility[i], rgb);
+            paint_cascade(fact[i], visibility[i], rgb);
             break;
         case GN_AOV_TEST:
-            out[i] = to_byte(frame->test[light * pixels + i]);
+        case GN_AOV_RAYS:
+            out[i] = to_byte(fact[i]);
             break;
         case GN_AOV_MAP:
         case GN_AOV_XI4:
@@ -268,8 +306,7 @@ static bool write_aov(const gn_frame *frame, gn_aov aov, uint32_t light, const c
     if (!gn_insert_suffix(frame->app, path, suffix, name, sizeof name))
         return false;
     paint(frame, aov, light, pixels);
-    const bool grey = aov == GN_AOV_VISIBILITY || aov == GN_AOV_DEPTH || aov == GN_AOV_TEST;
-    const uint32_t channels = grey ? 1 : 3;
+    const uint32_t channels = is_grey(aov) ? 1 : 3;
     return gn_write_png(frame->app->device, name, g->width, g->height, channels, pixels,
                         frame->settings->attributes, frame->settings->count) == GN_OK &&
            add_file(files, name);
@@ -346,14 +383,9 @@ static void collect_layers(const gn_frame *frame, const float *albedo, layer_lis
     for (uint32_t l = 0; l < frame->app->light_count; l++) {
         if (aovs >> GN_AOV_VISIBILITY & 1)
             add_light_plane(list, l, "visibility", gn_view_visibility(frame->view, l));
-        if (frame->lod)
-            add_light_plane(list, l, "lod", frame->lod + l * pixels);
-        if (frame->lookups)
-            add_light_plane(list, l, "lookups", frame->lookups + l * pixels);
-        if (frame->cascade)
-            add_light_plane(list, l, "cascade", frame->cascade + l * pixels);
-        if (frame->test)
-            add_light_plane(list, l, "test", frame->test + l * pixels);
+        for (uint32_t aov = 0; aov < GN_AOV_COUNT; aov++)
+            if (frame->facts[aov])
+                add_light_plane(list, l, gn_aov_names[aov], frame->facts[aov] + l * pixels);
     }
     if (aovs >> GN_AOV_DEPTH & 1)
         add_planes(list, "depth", "Z", (float *[3]){g->depth}, 1);
@@ -395,7 +427,7 @@ bool gn_frame_write_exr(const gn_frame *frame, const char *path, cJSON *files)
     gn_app *app = frame->app;
     const gn_gbuffer *g = gn_view_gbuffer(frame->view);
     const bool wants_albedo = frame->aovs >> GN_AOV_ALBEDO & 1;
-    const size_t most = 5 * (size_t)app->light_count + GN_AOV_COUNT + 1;
+    const size_t most = GN_AOV_COUNT * ((size_t)app->light_count + 1) + 1;
     layer_list list = {calloc(most, sizeof(gn_layer)), calloc(most, 48), 0};
     float *albedo = wants_albedo ? linear_albedo(g) : NULL;
     bool good = (list.layers && list.names && (albedo || !wants_albedo)) ||

@@ -14,6 +14,8 @@ typedef enum gn_aov {
     GN_AOV_POSITION,
     GN_AOV_LOD,
     GN_AOV_LOOKUPS,
+    GN_AOV_RAYS,
+    GN_AOV_CLASS,   /* leak tracing */
     GN_AOV_CASCADE, /* methods with a map, as the rest */
     GN_AOV_TEST,
     GN_AOV_MAP, /* of the map's size, as the next */
@@ -34,23 +36,23 @@ bool gn_aov_check(const char *command, uint32_t set, const gn_app_method *method
 typedef struct gn_settings {
     gn_attribute attributes[GN_MAX_ATTRIBUTES];
     uint32_t count;
-    char lights[1024], camera[32], text[GN_MAX_ATTRIBUTES][32], map[160];
+    char lights[1024], camera[32], text[GN_MAX_ATTRIBUTES][32], map[160], leak[96];
 } gn_settings;
 
 void gn_settings_fill(gn_settings *settings, const gn_app *app, const char *method,
                       uint32_t samples, double time);
-/* Adds the settings of maps. */
-void gn_settings_add_map(gn_settings *settings, const gn_map_desc *desc);
+/* Adds what a method has set: its map, its leak tracing. */
+void gn_settings_add_method(gn_settings *settings, const gn_app_method *method);
 
 /* A rendered view, ready to be written. */
 typedef struct gn_frame {
     gn_app *app;
-    const gn_view *view;
+    gn_view *view; /* with its own history */
     const gn_settings *settings;
     const gn_app_method *method;
-    uint32_t aovs; /* a set of bits */
-    /* A plane for each light; NULL unless in aovs. */
-    float *lod, *lookups, *cascade, *test;
+    uint32_t aovs;              /* a set of bits */
+    float *facts[GN_AOV_COUNT]; /* what only visibility knows: a plane for each light; NULL unless
+                                   in aovs */
 } gn_frame;
 
 /* Linear RGB, 3 floats a pixel, as 8-bit sRGB. */

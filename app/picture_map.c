@@ -118,7 +118,7 @@ bool gn_frame_write_map(const gn_frame *frame, gn_aov aov, uint32_t light, const
                         cJSON *files)
 {
     gn_app *app = frame->app;
-    const gn_shadow_map *map = gn_history_map(frame->method->history, app->lights[light]);
+    const gn_shadow_map *map = gn_history_map(gn_view_history(frame->view), app->lights[light]);
     char suffix[320], name[4096];
     gn_aov_suffix(app, aov, light, suffix, sizeof suffix);
     if (!gn_insert_suffix(app, path, suffix, name, sizeof name))

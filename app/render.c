@@ -10,10 +10,16 @@ typedef struct render_options {
     gn_app_options common;
     const char *output, *method, *aov;
     gn_app_parts parts; /* in place of method */
-    uint32_t samples;
+    const char *history_in, *history_out;
+    uint32_t samples, warm_up;
     gn_frames frames;
     double fps;
 } render_options;
+
+/* AOVs that visibility gives on its way. */
+#define FACTS                                                                                      \
+    (1u << GN_AOV_LOD | 1u << GN_AOV_LOOKUPS | 1u << GN_AOV_RAYS | 1u << GN_AOV_CLASS |            \
+     1u << GN_AOV_CASCADE | 1u << GN_AOV_TEST)
 
 static bool ends_with(const char *text, const char *end)
 {
@@ -60,33 +66,9 @@ static bool frame_path(gn_app *app, const char *pattern, uint32_t frame, char *o
            gn_app_error(app, "%s: the name is too long", pattern);
 }
 
-/* Finds visibility once more for what only rays and maps know. */
-static bool collect_facts(gn_frame *frame)
-{
-    gn_app *app = frame->app;
-    const gn_gbuffer *g = gn_view_gbuffer(frame->view);
-    const size_t pixels = (size_t)g->width * g->height;
-    gn_visibility_desc desc = gn_app_visibility_desc(app, frame->method);
-    float *unused = malloc(pixels * sizeof *unused);
-    if (!unused)
-        return gn_app_error(app, "out of memory");
-    bool good = true;
-    for (uint32_t i = 0; i < app->light_count && good; i++) {
-        gn_visibility_stats stats = {.lod = frame->lod ? frame->lod + i * pixels : NULL,
-                                     .lookups = frame->lookups ? frame->lookups + i * pixels : NULL,
-                                     .layer = frame->cascade ? frame->cascade + i * pixels : NULL};
-        desc.light = app->lights[i];
-        /* Without rays the shadow test is all there is to visibility. */
-        good =
-            gn_scene_visibility(app->scene, g, &desc,
-                                frame->test ? frame->test + i * pixels : unused, &stats) == GN_OK;
-    }
-    free(unused);
-    return good;
-}
-
 static void report_frame(cJSON *frames, uint32_t number, double time, const gn_app *app,
-                         const gn_view *view, double update, double write, cJSON *files)
+                         const gn_view *view, const gn_visibility_stats *stats, double update,
+                         double write, cJSON *files)
 {
     const gn_timings timings = gn_view_timings(view);
     const size_t pixels = (size_t)app->options.size[0] * app->options.size[1];
@@ -104,37 +86,59 @@ static void report_frame(cJSON *frames, uint32_t number, double time, const gn_a
     cJSON_AddNumberToObject(ms, "shade", timings.shade);
     cJSON_AddNumberToObject(ms, "write", write);
     cJSON *means = cJSON_AddArrayToObject(entry, "mean_visibility");
+    gn_leak_counts leak = {0};
+    uint64_t rays = 0;
     for (uint32_t l = 0; l < app->light_count; l++) {
+        gn_app_add_counts(&leak, &stats[l].leak);
+        rays += stats[l].rays;
         const float *visibility = gn_view_visibility(view, l);
         double sum = 0;
         for (size_t i = 0; i < pixels; i++)
             sum += (double)visibility[i];
         cJSON_AddItemToArray(means, cJSON_CreateNumber(sum / (double)pixels));
     }
+    cJSON_AddNumberToObject(entry, "rays", (double)rays);
+    if (leak.tested > 0)
+        cJSON_AddItemToObject(entry, "leak",
+                              gn_app_leak_json(&leak, (double)pixels * app->light_count));
     cJSON_AddItemToObject(entry, "files", files);
     cJSON_AddItemToArray(frames, entry);
 }
 
+/* Seconds; frames before the animation stand still at its start, those of one picture at its time.
+ */
+static double time_of(const render_options *o, int64_t number)
+{
+    return o->frames.given ? (number > 0 ? (double)number : 0) / o->fps : o->common.time;
+}
+
+/* One frame, up to its pictures. */
+static bool render_view(const gn_frame *frame, const render_options *o, int64_t number,
+                        double *update)
+{
+    gn_app *app = frame->app;
+    app->frame = (uint32_t)number;
+    const double start = gn_milliseconds();
+    if (o->frames.given && !gn_app_set_time(app, time_of(o, number)))
+        return false;
+    *update = gn_milliseconds() - start;
+    if (frame->method->no_reuse)
+        gn_history_reset_maps(gn_view_history(frame->view));
+    gn_visibility_desc desc = gn_app_visibility_desc(app, frame->method);
+    desc.history = NULL; /* the view's, which can be saved */
+    return gn_view_render(frame->view, app->scene, app->camera, &desc, app->lights,
+                          app->light_count) == GN_OK &&
+           !gn_app_interrupted();
+}
+
 /* Renders and writes one frame. */
-static bool render_frame(gn_app *app, const render_options *o, gn_view *view, gn_frame *frame,
+static bool render_frame(const render_options *o, gn_frame *frame, const gn_visibility_stats *stats,
                          uint32_t number, cJSON *frames)
 {
+    gn_app *app = frame->app;
     const bool exr = ends_with(o->output, ".exr");
-    const double time = o->frames.given ? number / o->fps : o->common.time;
-    double start = gn_milliseconds();
-    if (o->frames.given && !gn_app_set_time(app, time))
-        return false;
-    const double update = gn_milliseconds() - start;
-    app->frame = number;
-    if (o->common.map.no_reuse && frame->method->history)
-        gn_history_reset(frame->method->history);
-    const gn_visibility_desc desc = gn_app_visibility_desc(app, frame->method);
-    if (gn_view_render(view, app->scene, app->camera, &desc, app->lights, app->light_count) !=
-        GN_OK)
-        return false;
-    if ((frame->lod || frame->lookups || frame->cascade || frame->test) && !collect_facts(frame))
-        return false;
-    if (gn_app_interrupted())
+    double update;
+    if (!render_view(frame, o, number, &update))
         return false;
 
     char path[4096];
@@ -142,12 +146,11 @@ static bool render_frame(gn_app *app, const render_options *o, gn_view *view, gn
     if (o->frames.given && !frame_path(app, o->output, number, path, sizeof path))
         return false;
     gn_settings settings;
-    gn_settings_fill(&settings, app, frame->method->name, o->samples, time);
-    if (gn_app_has_map(frame->method))
-        gn_settings_add_map(&settings, &app->map);
+    gn_settings_fill(&settings, app, frame->method->name, o->samples, time_of(o, number));
+    gn_settings_add_method(&settings, frame->method);
     frame->settings = &settings;
     cJSON *files = cJSON_CreateArray();
-    start = gn_milliseconds();
+    const double start = gn_milliseconds();
     const bool written =
         exr ? gn_frame_write_exr(frame, path, files) : gn_frame_write_png(frame, path, files);
     frame->settings = NULL; /* they end with this function */
@@ -155,45 +158,74 @@ static bool render_frame(gn_app *app, const render_options *o, gn_view *view, gn
         cJSON_Delete(files);
         return false;
     }
-    const double write = gn_milliseconds() - start;
-    report_frame(frames, number, time, app, view, update, write, files);
+    report_frame(frames, number, time_of(o, number), app, frame->view, stats, update,
+                 gn_milliseconds() - start, files);
     return true;
+}
+
+/* The frames that are not shown: those of a history, or before the first. */
+static bool warm_up(const render_options *o, const gn_frame *frame, uint32_t first)
+{
+    gn_app *app = frame->app;
+    if (o->history_in)
+        return (first == 0 || gn_app_set_time(app, time_of(o, (int64_t)first - 1))) &&
+               gn_view_load_history(frame->view, app->scene, o->history_in) == GN_OK;
+    double update;
+    for (uint32_t i = o->warm_up; i > 0; i--)
+        if (!render_view(frame, o, (int64_t)first - i, &update))
+            return false;
+    return true;
+}
+
+static bool render_frames(const render_options *o, gn_frame *frame,
+                          const gn_visibility_stats *stats, cJSON *frames)
+{
+    gn_app *app = frame->app;
+    const uint32_t first = o->frames.given ? o->frames.first : 0;
+    const uint32_t last = o->frames.given ? o->frames.last : 0;
+    gn_bar_step(&app->bar, 0.1, 0.05, "frames before the first");
+    bool good = warm_up(o, frame, first);
+    for (uint32_t f = first; f <= last && good; f++) {
+        const double share = 0.85 / (last - first + 1.0);
+        gn_bar_step(&app->bar, 0.15 + share * (f - first), share,
+                    o->frames.given ? "frame %u of %u to %u" : "rendering", f, first, last);
+        good = render_frame(o, frame, stats, f, frames);
+        if (!good && gn_app_interrupted() && f > first)
+            gn_app_note(app, "frames %u to %u are finished", first, f - 1);
+    }
+    return good && (!o->history_out || gn_view_save_history(frame->view, o->history_out) == GN_OK);
 }
 
 static bool render_all(gn_app *app, const render_options *o, const gn_app_method *method,
                        uint32_t aovs, cJSON *frames)
 {
     const size_t pixels = (size_t)app->options.size[0] * app->options.size[1];
-    const size_t bytes = pixels * app->light_count * sizeof(float);
     const gn_view_desc desc = gn_app_view_desc(app, o->samples);
-    gn_view *view = NULL;
     gn_frame frame = {.app = app, .method = method, .aovs = aovs};
-    const struct {
-        gn_aov aov;
-        float **plane;
-    } facts[] = {{GN_AOV_LOD, &frame.lod},
-                 {GN_AOV_LOOKUPS, &frame.lookups},
-                 {GN_AOV_CASCADE, &frame.cascade},
-                 {GN_AOV_TEST, &frame.test}};
-    bool good = gn_view_create(app->device, &desc, &view) == GN_OK;
-    frame.view = view;
-    for (size_t i = 0; i < sizeof facts / sizeof *facts && good; i++)
-        if (aovs >> facts[i].aov & 1)
-            good = (*facts[i].plane = malloc(bytes)) || gn_app_error(app, "out of memory");
-
-    const uint32_t first = o->frames.given ? o->frames.first : 0;
-    const uint32_t last = o->frames.given ? o->frames.last : 0;
-    for (uint32_t f = first; f <= last && good; f++) {
-        const double share = 0.9 / (last - first + 1.0);
-        gn_bar_step(&app->bar, 0.1 + share * (f - first), share,
-                    o->frames.given ? "frame %u of %u to %u" : "rendering", f, first, last);
-        good = render_frame(app, o, view, &frame, f, frames);
-        if (!good && gn_app_interrupted() && f > first)
-            gn_app_note(app, "frames %u to %u are finished", first, f - 1);
+    gn_visibility_stats *stats = calloc(app->light_count, sizeof *stats);
+    bool good = stats || gn_app_error(app, "out of memory");
+    good = good && gn_view_create(app->device, &desc, &frame.view) == GN_OK;
+    for (uint32_t aov = 0; aov < GN_AOV_COUNT && good; aov++)
+        if (aovs & FACTS & 1u << aov)
+            good = (frame.facts[aov] = malloc(pixels * app->light_count * sizeof(float))) ||
+                   gn_app_error(app, "out of memory");
+    for (uint32_t l = 0; l < app->light_count && good; l++) {
+        float **const planes[] = {
+            [GN_AOV_LOD] = &stats[l].lod,       [GN_AOV_LOOKUPS] = &stats[l].lookups,
+            [GN_AOV_RAYS] = &stats[l].traced,   [GN_AOV_CLASS] = &stats[l].leak_class,
+            [GN_AOV_CASCADE] = &stats[l].layer, [GN_AOV_TEST] = &stats[l].test};
+        for (uint32_t aov = 0; aov < sizeof planes / sizeof *planes; aov++)
+            if (frame.facts[aov])
+                *planes[aov] = frame.facts[aov] + l * pixels;
     }
-    for (size_t i = 0; i < sizeof facts / sizeof *facts; i++)
-        free(*facts[i].plane);
-    gn_view_destroy(&view);
+    if (good) {
+        gn_view_set_stats(frame.view, stats);
+        good = render_frames(o, &frame, stats, frames);
+    }
+    for (uint32_t aov = 0; aov < GN_AOV_COUNT; aov++)
+        free(frame.facts[aov]);
+    gn_view_destroy(&frame.view);
+    free(stats);
     return good;
 }
 
@@ -211,6 +243,8 @@ static int check_options(render_options *o, gn_app_method *method, uint32_t *aov
                                         "belongs to them) exclude each other");
     if (o->frames.given && o->common.time > 0)
         return gn_usage_error("render", "--time and --frames exclude each other");
+    if (o->history_in && o->warm_up > 0)
+        return gn_usage_error("render", "--history-in and --warm-up exclude each other");
     if (gn_app_parts_given(&o->parts)) {
         const int code = gn_app_combine_parts("render", &o->parts, method);
         if (code != GN_GO_ON)
@@ -232,9 +266,12 @@ static int parse(int argc, char **argv, render_options *o, const char **scene)
         "Frame N is at time N / fps. Its number replaces #### or %04d in OUT, or else stands",
         "before the extension.",
         "AOVs: visibility, depth, normal, shading_normal, albedo, motion, position; of rays lod,",
-        "lookups; of maps cascade, test, map, xi4 (nlmsm). A .png gets each in a file of its own",
-        "beside it, as colours; an .exr has them as layers (visibility unless others are named),",
-        "and map and xi4, which have the map's size, in files beside it.",
+        "lookups, rays; of leak tracing class; of maps cascade, test, map, xi4 (nlmsm). A .png "
+        "gets",
+        "each in a file of its own beside it, as colours; an .exr has them as layers (visibility",
+        "unless others are named), and map and xi4, which have the map's size, in files beside it.",
+        "A sequence that goes on elsewhere takes up what --history-out left behind its last frame,",
+        "and gets the same bits, or some frames of --warm-up, and gets nearly the same pictures.",
         NULL};
     const gn_usage usage = {"render",
                             "pictures of a scene: PNG or OpenEXR, one frame or many",
@@ -256,7 +293,14 @@ static int parse(int argc, char **argv, render_options *o, const char **scene)
         GN_TEXT("aov", 0, "LIST", &o->aov, "more outputs, separated by commas; see below"),
         GN_COUNT("spp", 0, "N", &o->samples, 1, 4096,
                  "samples a pixel, default 1; more: a supersampled reference"),
+        GN_COUNT("warm-up", 0, "N", &o->warm_up, 0, 1000,
+                 "frames before the first, not written, default 0"),
+        GN_TEXT("history-in", 0, "FILE", &o->history_in,
+                "go on from what --history-out wrote after the frame before"),
+        GN_TEXT("history-out", 0, "FILE", &o->history_out,
+                "write what the frame after the last needs to go on"),
         GN_APP_MAP_OPTIONS(o->common),
+        GN_APP_LEAK_OPTIONS(o->common),
         GN_APP_DEVICE_OPTIONS(o->common),
         GN_OPTIONS_END,
     };

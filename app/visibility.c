@@ -99,25 +99,84 @@ bool gn_app_accepts_map(gn_app *app, const gn_map_format *format, const gn_map_d
     return accepted;
 }
 
+/* The first option that only masks use, or NULL. */
+static const char *mask_option(const gn_app_leak_options *o)
+{
+    return o->kernel != GN_NONE       ? "leak-kernel"
+           : o->no_expand             ? "no-expand"
+           : o->no_remove             ? "no-remove"
+           : o->depth_test != GN_NONE ? "depth-test"
+                                      : NULL;
+}
+
+/* Later ones win. */
+static void take_leak(gn_leak_desc *desc, const gn_app_leak_options *o)
+{
+    take_real(&desc->epsilon, o->epsilon);
+    if (o->kernel != GN_NONE)
+        desc->kernel = (gn_leak_kernel)o->kernel;
+    if (o->depth_test != GN_NONE)
+        desc->depth_test = (gn_switch)o->depth_test;
+    desc->expand = desc->expand && !o->no_expand;
+    desc->remove = desc->remove && !o->no_remove;
+}
+
+/* A method's settings: the options', and over them those of its name. */
+static void settle(const gn_app *app, gn_app_method *method)
+{
+    const gn_app_modifiers *own = &method->own;
+    method->map = app->map;
+    take_count(&method->map.resolution, own->resolution);
+    take_count(&method->map.refresh, own->refresh);
+    take_count(&method->map.undrawn, own->undrawn);
+    method->no_reuse = app->options.map.no_reuse || own->no_reuse;
+    if (method->no_reuse && isnan(app->options.map.enlarge))
+        method->map.enlarge = 0;
+    if (method->no_reuse) /* what is made anew in every frame is whole in every frame */
+        method->map.refresh = 1;
+    method->leak = gn_visibility_desc_default().leak;
+    take_leak(&method->leak, &app->options.leak);
+    take_leak(&method->leak, &own->leak);
+}
+
+/* Options that none of the methods has a use for. */
+static bool check_unused(gn_app *app, const gn_app_method *methods, uint32_t count)
+{
+    bool map = false, leak = false, mask = false;
+    for (uint32_t i = 0; i < count; i++) {
+        map = map || gn_app_has_map(&methods[i]);
+        leak = leak || (gn_app_has_map(&methods[i]) && methods[i].method.trace == GN_TRACE_LEAK);
+        mask = mask || gn_app_has_mask(&methods[i]);
+    }
+    const char *of_maps = map_option(&app->options.map);
+    const char *of_masks = mask_option(&app->options.leak);
+    if (!map && of_maps)
+        return gn_app_error(app, "--%s: no method that reads a map is run", of_maps);
+    if (!leak && !isnan(app->options.leak.epsilon))
+        return gn_app_error(app, "--leak-epsilon: no method of leak tracing is run");
+    if (!mask && of_masks)
+        return gn_app_error(app, "--%s: no method with a mask is run", of_masks);
+    return true;
+}
+
 bool gn_app_use_methods(gn_app *app, gn_app_method *methods, uint32_t count)
 {
     const gn_app_map_options *o = &app->options.map;
-    bool any = false, esm = false, evsm = false;
+    bool esm = false, evsm = false;
     app->map = gn_app_map_desc(o);
     app->wrong_usage = true; /* up to the last check */
     for (uint32_t i = 0; i < count; i++) {
         gn_app_method *m = &methods[i];
         if (!gn_app_has_map(m))
             continue;
-        any = true;
+        settle(app, m);
         if (!set_exponents(o, &m->method.map, &esm, &evsm))
             return gn_app_error(app, "--evsm: %s is one-sided, and has one exponent", m->name);
-        if (!gn_app_accepts_map(app, &m->method.map, &app->map))
+        if (!gn_app_accepts_map(app, &m->method.map, &m->map))
             return false;
     }
-    const char *option = any ? NULL : map_option(o);
-    if (option)
-        return gn_app_error(app, "--%s: no method that reads a map is run", option);
+    if (!check_unused(app, methods, count))
+        return false;
     if ((o->esm.count > 0 && !esm) || (o->evsm.count > 0 && !evsm))
         return gn_app_error(app, "--%s: no method of that kind is run",
                             o->esm.count > 0 && !esm ? "esm" : "evsm");
@@ -143,7 +202,8 @@ gn_visibility_desc gn_app_visibility_desc(const gn_app *app, const gn_app_method
     desc.method = &method->method;
     desc.rescale_alpha = !app->options.no_alpha_rescale;
     if (gn_app_has_map(method)) {
-        desc.map = app->map;
+        desc.map = method->map;
+        desc.leak = method->leak;
         desc.history = method->history;
     }
     desc.camera = app->camera;
@@ -158,8 +218,8 @@ bool gn_app_visibility(gn_app *app, const gn_gbuffer *gbuffer, gn_app_method *me
     gn_visibility_desc desc = gn_app_visibility_desc(app, method);
     gn_app_cost sum = {0};
     const double start = gn_milliseconds();
-    if (app->options.map.no_reuse && method->history)
-        gn_history_reset(method->history);
+    if (method->no_reuse)
+        gn_history_reset_maps(method->history);
     for (uint32_t i = 0; i < app->light_count; i++) {
         gn_visibility_stats stats = {0};
         desc.light = app->lights[i];
@@ -167,6 +227,8 @@ bool gn_app_visibility(gn_app *app, const gn_gbuffer *gbuffer, gn_app_method *me
             return false;
         sum.rays += stats.rays;
         sum.fitted += stats.map.fitted;
+        sum.pending += stats.map.pending;
+        gn_app_add_counts(&sum.leak, &stats.leak);
         sum.shadow_map += stats.map.depth_ms;
         sum.filter += stats.map.filter_ms;
         sum.test += stats.test_ms;

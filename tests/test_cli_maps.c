@@ -181,10 +181,12 @@ static void test_methods(void **state)
         assert_true(strlen(get_string(method, "description")) > 10);
         get_string(method, "paper");
         const cJSON *map = member(method, "map");
-        const bool traces = strcmp(get_string(method, "trace"), "all") == 0;
-        if (cJSON_IsNull(map) != traces || cJSON_IsNull(member(method, "alpha")) == traces)
+        const char *trace = get_string(method, "trace");
+        const bool traces = strcmp(trace, "all") == 0;
+        if (cJSON_IsNull(map) != traces ||
+            cJSON_IsNull(member(method, "alpha")) != (strcmp(trace, "none") == 0))
             fail_msg("%s: map, trace and alpha do not fit", name);
-        maps += !traces;
+        maps += strcmp(trace, "none") == 0;
         rays += traces;
         if (!traces) {
             get_string(map, "kind");
