@@ -311,13 +311,15 @@ gn_result gn_history_begin_mask(gn_history *history, uint32_t light, uint32_t ca
     history->width = gbuffer->width;
     history->height = gbuffer->height;
     history->camera = camera;
+    const float *depth_before = NULL;
     if (keep)
-        GN_TRY(keep_depth(history, gbuffer, &mask->depth_before));
-    const bool valid = e->masked > 0 && e->masked + 1 == history->frame;
-    if (valid)
+        GN_TRY(keep_depth(history, gbuffer, &depth_before));
+    if (e->masked > 0 && e->masked + 1 == history->frame) {
         mask->before = history->masks[e->side];
-    else
+        mask->depth_before = depth_before;
+    } else {
         GN_TRY(take_slot(history, e));
+    }
     e->side ^= 1;
     e->masked = history->frame;
     mask->now = history->masks[e->side];

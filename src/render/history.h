@@ -66,9 +66,9 @@ void gn_history_take(gn_history *history, gn_history **from);
 
 /* The mask of a light for the frame at hand, after gn_history_reserve_map() for it. A frame begins
  * when a light comes round again. `before` is NULL in the first frame, after a cut, a change of
- * camera or of the picture's size, and where the light was not asked for in the frame before.
- * keep_depth: the G-buffer's depth is needed in the next frame. After it the caller writes the
- * light's 3 bits of every pixel, or calls gn_history_cut(). */
+ * camera or of the picture's size, and where the light was not asked for in the frame before;
+ * `depth_before` then is NULL too. keep_depth: the G-buffer's depth is needed in the next frame.
+ * After it the caller writes the light's 3 bits of every pixel, or calls gn_history_cut(). */
 gn_result gn_history_begin_mask(gn_history *history, uint32_t light, uint32_t camera,
                                 const gn_gbuffer *gbuffer, bool keep_depth, gn_leak_mask *mask);
 
