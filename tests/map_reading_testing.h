@@ -137,6 +137,7 @@ static inline layers *make_cascades(vec to, uint32_t count)
         p.near = (float)(i == 0 ? 1.2 : 0.2);
         p.far = (float)(i == 0 ? 2.8 : 3.8);
         l->layer[i].projection = p;
+        l->layer[i].index = i;
     }
     return l;
 }
@@ -156,6 +157,7 @@ static inline layers *make_faces(vec at)
         p.near = 0.001f;
         p.far = 1;
         l->layer[i].projection = p;
+        l->layer[i].index = i;
     }
     return l;
 }

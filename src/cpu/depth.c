@@ -202,6 +202,23 @@ static uint32_t sortable(float x)
     return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
 }
 
+/* Tiles are dealt out to parts along rows, and each row starts three parts on from the one above:
+ * what is dear to draw lies close together. Parts of casters instead of tiles would be drawn over
+ * each other, not front to back, and every tile in every part. */
+static bool is_in_part(const gn_depth_job *job, uint32_t x, uint32_t y)
+{
+    return job->parts == 0 || (x + 3 * y) % job->parts == job->part;
+}
+
+static bool touches_part(const gn_depth_job *job, const gn_depth_run *run)
+{
+    for (uint32_t y = run->first[1]; y <= run->last[1]; y++)
+        for (uint32_t x = run->first[0]; x <= run->last[0]; x++)
+            if (is_in_part(job, x, y))
+                return true;
+    return false;
+}
+
 static void cull_chunk(uint32_t index, uint32_t thread, void *user)
 {
     (void)thread;
@@ -213,7 +230,8 @@ static void cull_chunk(uint32_t index, uint32_t thread, void *user)
         gn_depth_run seen = {.draw = c.draw, .run = run};
         float nearest;
         if (!project_box(&d->frame, &d->draws[c.draw], &runs->boxes[run], seen.first, seen.last,
-                         &nearest))
+                         &nearest) ||
+            !touches_part(d->frame.job, &seen))
             continue;
         const uint32_t n = atomic_fetch_add(&d->run_count, 1);
         d->runs[n] = seen;
@@ -244,6 +262,7 @@ static gn_result find_runs(drawing *d)
 
 static gn_result fill_tiles(drawing *d)
 {
+    const gn_depth_job *job = d->frame.job;
     const uint32_t across = d->frame.tiles, tiles = across * across;
     uint32_t *first = gn_alloc_zero(d->context, (size_t)tiles + 2, sizeof *first);
     if (!first)
@@ -252,11 +271,12 @@ static gn_result fill_tiles(drawing *d)
     uint64_t total = 0;
     for (uint32_t i = 0; i < d->run_count; i++) {
         const gn_depth_run *run = &d->sorted_runs[i];
-        total += (uint64_t)(run->last[0] - run->first[0] + 1) *
-                 (uint64_t)(run->last[1] - run->first[1] + 1);
         for (uint32_t y = run->first[1]; y <= run->last[1]; y++)
             for (uint32_t x = run->first[0]; x <= run->last[0]; x++)
-                first[y * across + x + 2]++;
+                if (is_in_part(job, x, y)) {
+                    first[y * across + x + 2]++;
+                    total++;
+                }
     }
     if (total > UINT32_MAX)
         return GN_ERROR_OUT_OF_MEMORY;
@@ -269,7 +289,8 @@ static gn_result fill_tiles(drawing *d)
         const gn_depth_run *run = &d->sorted_runs[i];
         for (uint32_t y = run->first[1]; y <= run->last[1]; y++)
             for (uint32_t x = run->first[0]; x <= run->last[0]; x++)
-                d->in_tiles[first[y * across + x + 1]++] = i;
+                if (is_in_part(job, x, y))
+                    d->in_tiles[first[y * across + x + 1]++] = i;
     }
     d->frame.first_in_tile = first;
     d->frame.in_tiles = d->in_tiles;
@@ -281,7 +302,8 @@ static gn_result fill_tiles(drawing *d)
 static void draw_tile(uint32_t tile, uint32_t thread, void *user)
 {
     const gn_depth_frame *frame = user;
-    frame->accel->kernels->depth_tile(frame, tile, frame->buffers[thread]);
+    if (is_in_part(frame->job, tile % frame->tiles, tile / frame->tiles))
+        frame->accel->kernels->depth_tile(frame, tile, frame->buffers[thread]);
 }
 
 static void grow_rect(gn_rect *rect, gn_rect by)
@@ -303,7 +325,7 @@ static gn_result draw_tiles(drawing *d)
     gn_depth_frame *frame = &d->frame;
     const uint32_t tiles = frame->tiles * frame->tiles, threads = d->context->threads;
     const size_t texels = (size_t)frame->job->samples * GN_DEPTH_TILE * GN_DEPTH_TILE;
-    frame->covered = gn_alloc(d->context, tiles, sizeof *frame->covered);
+    frame->covered = gn_alloc_zero(d->context, tiles, sizeof *frame->covered);
     frame->buffers = gn_alloc(d->context, threads, sizeof *frame->buffers);
     float *buffer = gn_alloc(d->context, threads * texels, sizeof *buffer);
     gn_result result = GN_ERROR_OUT_OF_MEMORY;

@@ -122,6 +122,10 @@ static gn_result check_splits(gn_context *context, const gn_map_desc *desc)
     if (desc->split_count != 0 && before != 1.0f)
         return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "the last split is %g: it must be 1",
                        (double)before);
+    if (desc->undrawn != GN_NONE && desc->undrawn > desc->cascades)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                       "%u cascades that are not drawn: the range is 0 to %u, the cascades",
+                       desc->undrawn, desc->cascades);
     GN_TRY(check_real(context, "a split weight", desc->split_weight, 0.0f, 1.0f));
     GN_TRY(check_real(context, "an enlargement of cascades", desc->enlarge, 0.0f, 1.0f));
     if (!(desc->distance >= 0.0f && isfinite(desc->distance)))
@@ -169,6 +173,9 @@ gn_result gn_map_desc_check(gn_context *context, const gn_map_format *format,
                        "%s has no mip maps: its texels cannot be averaged",
                        kind_name(format->kind));
     GN_TRY(check_splits(context, desc));
+    if (desc->refresh > 64)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                       "a refresh over %u updates: the range is 1 to 64", desc->refresh);
     GN_TRY(check_bias(context, "a depth bias", desc->depth_bias, 0.1f));
     GN_TRY(check_bias(context, "a normal bias", desc->normal_bias, LARGEST_NORMAL_BIAS));
     GN_TRY(check_bias(context, "a minimum variance", desc->minimum_variance, 1.0f));

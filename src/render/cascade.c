@@ -252,6 +252,17 @@ static gn_bounds bounds_of(const float bounds_min[3], const float bounds_max[3])
     return box;
 }
 
+/* Camera axes and eye of a world matrix, right x up = -forward. */
+static void read_pose(const float world[16], gn_axes *axes, double eye[3])
+{
+    for (int i = 0; i < 3; i++) {
+        axes->right[i] = (double)world[i];
+        axes->up[i] = (double)world[4 + i];
+        axes->forward[i] = -(double)world[8 + i];
+        eye[i] = (double)world[12 + i];
+    }
+}
+
 gn_cascades gn_cascades_make(const gn_camera *camera, float aspect, const float bounds_min[3],
                              const float bounds_max[3], bool moving, const float direction[3],
                              const gn_map_desc *desc, uint32_t margin)
@@ -266,12 +277,8 @@ gn_cascades gn_cascades_make(const gn_camera *camera, float aspect, const float 
     c.half_height =
         c.orthographic ? (double)camera->desc.ymag : tan(0.5 * (double)camera->desc.yfov);
     c.half_width = c.half_height * (double)aspect;
-    for (int i = 0; i < 3; i++) {
-        c.camera.right[i] = (double)camera->world[i];
-        c.camera.up[i] = (double)camera->world[4 + i];
-        c.camera.forward[i] = -(double)camera->world[8 + i];
-        c.eye[i] = (double)camera->world[12 + i];
-    }
+    read_pose(camera->world, &c.camera, c.eye);
+    memcpy(c.direction, direction, sizeof c.direction);
     c.scene = box_in(&c.light, nowhere, &c.bounds);
 
     const double begin = (double)camera->desc.znear;
@@ -287,6 +294,37 @@ gn_cascades gn_cascades_make(const gn_camera *camera, float aspect, const float 
     if (seen_near <= seen_far && near < far)
         split(&c, near, far, seen_far, desc);
     return c;
+}
+
+gn_cascades gn_cascades_turned(const gn_cascades *c, const float direction[3])
+{
+    gn_cascades turned = *c;
+    memcpy(turned.direction, direction, sizeof turned.direction);
+    turned.light = gn_light_axes(direction);
+    turned.scene = box_in(&turned.light, nowhere, &turned.bounds);
+    return turned;
+}
+
+gn_cascades gn_cascades_ahead(const gn_cascades *c, const float before[16], uint32_t updates)
+{
+    gn_axes from;
+    double eye[3], turn[3][3];
+    read_pose(before, &from, eye);
+    for (int row = 0; row < 3; row++)
+        for (int k = 0; k < 3; k++)
+            turn[row][k] = c->camera.right[row] * from.right[k] + c->camera.up[row] * from.up[k] +
+                           c->camera.forward[row] * from.forward[k];
+    gn_cascades ahead = *c;
+    double *axes[3] = {ahead.camera.right, ahead.camera.up, ahead.camera.forward};
+    for (uint32_t n = 0; n < updates; n++)
+        for (int axis = 0; axis < 3; axis++) {
+            const double a[3] = {axes[axis][0], axes[axis][1], axes[axis][2]};
+            for (int row = 0; row < 3; row++)
+                axes[axis][row] = dot(turn[row], a);
+        }
+    for (int i = 0; i < 3; i++)
+        ahead.eye[i] = c->eye[i] + (double)updates * (c->eye[i] - eye[i]);
+    return ahead;
 }
 
 gn_bounds gn_cascade_need(const gn_cascades *c, uint32_t i)
@@ -338,11 +376,12 @@ static double usable_share(uint32_t resolution, uint32_t margin)
     return 1.0 - 2.0 * (margin + 1.0) / resolution;
 }
 
-gn_cascade gn_cascade_fit(const gn_cascades *c, uint32_t i)
+/* A level of slice i in the middle of `need`. */
+static gn_cascade fit(const gn_cascades *c, uint32_t i, gn_bounds need)
 {
-    const gn_bounds need = gn_cascade_need(c, i);
     const double half = level_half(c, i);
     gn_cascade made = {.whole = half >= scene_half(c)};
+    memcpy(made.direction, c->direction, sizeof made.direction);
     gn_map_projection *p = &made.projection;
     p->resolution = c->resolution;
     p->extent = (float)(half / usable_share(c->resolution, c->margin));
@@ -383,16 +422,82 @@ gn_cascade gn_cascade_fit(const gn_cascades *c, uint32_t i)
     return made;
 }
 
+gn_cascade gn_cascade_fit(const gn_cascades *c, uint32_t i)
+{
+    return fit(c, i, gn_cascade_need(c, i));
+}
+
+static bool is_nothing(const gn_bounds *box)
+{
+    return box->low[0] > box->high[0];
+}
+
+gn_cascade gn_cascade_fit_ahead(const gn_cascades *c, const gn_cascades *ahead, uint32_t i)
+{
+    const gn_bounds need = gn_cascade_need(c, i), then = gn_cascade_need(ahead, i);
+    const gn_cascade here = fit(c, i, need);
+    if (is_nothing(&need) || is_nothing(&then))
+        return here;
+    gn_bounds moved = need;
+    for (int axis = 0; axis < 3; axis++) {
+        const double by =
+            0.5 * (then.low[axis] + then.high[axis]) - 0.5 * (need.low[axis] + need.high[axis]);
+        /* A texel less: levels lie on the grid. */
+        const double texel = 2.0 * (double)here.projection.extent / c->resolution;
+        const double back = fmax(here.box.high[axis] - need.high[axis] - texel, 0.0);
+        const double forth = fmax(need.low[axis] - here.box.low[axis] - texel, 0.0);
+        const double shift = fmin(fmax(by, -back), forth);
+        moved.low[axis] += shift;
+        moved.high[axis] += shift;
+    }
+    return fit(c, i, moved);
+}
+
+static gn_bounds need_under(const gn_cascade *placed, const gn_cascades *c, uint32_t i)
+{
+    if (memcmp(placed->direction, c->direction, sizeof c->direction) == 0)
+        return gn_cascade_need(c, i);
+    const gn_cascades turned = gn_cascades_turned(c, placed->direction);
+    return gn_cascade_need(&turned, i);
+}
+
 bool gn_cascade_serves(const gn_cascade *placed, const gn_cascades *c, uint32_t i)
 {
     const double largest = WASTEFUL * level_half(c, i) / usable_share(c->resolution, c->margin);
-    const gn_bounds need = gn_cascade_need(c, i);
+    const gn_bounds need = need_under(placed, c, i);
     bool holds = (double)placed->projection.extent < largest;
     for (int axis = 0; axis < 3; axis++)
         holds = holds &&
                 (need.low[axis] > need.high[axis] || (need.low[axis] >= placed->box.low[axis] &&
                                                       need.high[axis] <= placed->box.high[axis]));
     return holds;
+}
+
+bool gn_cascade_meets(const gn_cascade *placed, const gn_cascades *c, uint32_t i)
+{
+    const gn_bounds need = need_under(placed, c, i);
+    bool meets = true;
+    for (int axis = 0; axis < 3; axis++)
+        meets = meets && need.high[axis] >= placed->box.low[axis] &&
+                need.low[axis] <= placed->box.high[axis];
+    return meets;
+}
+
+double gn_cascade_shift(const gn_cascade *placed, const gn_cascades *c, const float direction[3])
+{
+    double from[3], to[3], across[3];
+    for (int i = 0; i < 3; i++) {
+        from[i] = (double)placed->direction[i];
+        to[i] = (double)direction[i];
+    }
+    cross(from, to, across);
+    const double cosine = dot(from, to), sine = sqrt(dot(across, across));
+    if (!(cosine > 0.0))
+        return INFINITY;
+    const gn_axes axes = gn_light_axes(placed->direction);
+    const double reach = placed->box.high[2] - box_in(&axes, nowhere, &c->bounds).low[2];
+    return fmax(reach, 0.0) * sine / cosine * c->resolution /
+           (2.0 * (double)placed->projection.extent);
 }
 
 /* Lamps --------------------------------------------------------------------------------------- */

@@ -24,6 +24,7 @@ gn_axes gn_light_axes(const float direction[3]);
 
 /* A camera's view of a scene, cut into slices. */
 typedef struct gn_cascades {
+    float direction[3];                     /* of the light */
     gn_axes light, camera;                  /* camera: forward is where it looks */
     double eye[3], half_width, half_height; /* of the view: tangents, or metres */
     bool orthographic;
@@ -46,14 +47,23 @@ gn_cascades gn_cascades_make(const gn_camera *camera, float aspect, const float 
                              const float bounds_max[3], bool moving, const float direction[3],
                              const gn_map_desc *desc, uint32_t margin);
 
+/* The same view under another light. */
+gn_cascades gn_cascades_turned(const gn_cascades *cascades, const float direction[3]);
+
+/* The same slices as they will lie if the camera goes on for so many updates as it came here from
+ * `before`, its world matrix one update ago. */
+gn_cascades gn_cascades_ahead(const gn_cascades *cascades, const float before[16],
+                              uint32_t updates);
+
 /* The box in light space of slice i of the view inside the scene's bounds. */
 gn_bounds gn_cascade_need(const gn_cascades *cascades, uint32_t i);
 
 /* A level in its place. */
 typedef struct gn_cascade {
     gn_map_projection projection;
-    gn_bounds box; /* in light space: what it holds, margin taken off */
-    bool whole;    /* it holds the scene: no level is needed behind it */
+    float direction[3]; /* of the light that it was placed for */
+    gn_bounds box;      /* in that light's space: what it holds, margin taken off */
+    bool whole;         /* it holds the scene: no level is needed behind it */
 } gn_cascade;
 
 /* Places the level of slice i. Its size depends on the slice alone: the sphere around it, enlarged,
@@ -61,9 +71,21 @@ typedef struct gn_cascade {
  * lie on a grid through the origin of light space. */
 gn_cascade gn_cascade_fit(const gn_cascades *cascades, uint32_t i);
 
+/* The same for a level that will be ready after some updates only: it lies as far towards the slice
+ * `ahead` as it can while it holds slice i as it is. */
+gn_cascade gn_cascade_fit_ahead(const gn_cascades *cascades, const gn_cascades *ahead, uint32_t i);
+
 /* Can a level that was placed for an earlier view serve slice i? (Leak tracing paper, section 3.3:
  * it holds what the slice needs.) It must also not be twice as large as the slice asks for. */
 bool gn_cascade_serves(const gn_cascade *placed, const gn_cascades *cascades, uint32_t i);
+
+/* Does a level hold something of slice i? */
+bool gn_cascade_meets(const gn_cascade *placed, const gn_cascades *cascades, uint32_t i);
+
+/* Texels by which shadows may lie off in a level that was placed for another direction: those of
+ * the scene's foremost caster on the level's far end. INFINITY at right angles and beyond. */
+double gn_cascade_shift(const gn_cascade *placed, const gn_cascades *cascades,
+                        const float direction[3]);
 
 /* Lamps ---------------------------------------------------------------------------------------*/
 

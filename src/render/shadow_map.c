@@ -7,38 +7,12 @@
 
 #include <gnomon/shadow/moments_nonlinear.h>
 
-#include "render/cascade.h"
 #include "render/device.h"
+#include "render/map_refresh.h"
 
-/* What a layer's static depth was drawn of: as long as it is the same, a layer that stays in its
- * place stays as it is. Static nodes cannot move: a node that moves counts as moving for good. */
-typedef struct origin {
-    uint64_t scene, structure_version;
-    uint32_t moving;         /* nodes with a mesh that may move */
-    uint32_t type;           /* of the light, and what matters of it; zero elsewhere */
-    float light[3], axis[3]; /* position, direction */
-    float range, outer;
-} origin;
-
-/* What a layer remembers beside what is read. */
-typedef struct layer_state {
-    bool placed, fresh;      /* fresh: in this update */
-    gn_cascade cascade;      /* directional lights */
-    float *dynamic;          /* shown in the layer where moving casters touch it */
-    gn_rect touched;         /* by moving casters as of transform_version */
-    uint64_t moving_version; /* scene->transform_version of what is drawn */
-} layer_state;
-
-struct gn_shadow_map {
-    gn_device *device;
-    gn_map_format format;
-    gn_map_desc desc; /* resolved */
-    uint32_t margin;  /* texels that fitting keeps free at a layer's border */
-    origin origin;
-    uint32_t layer_count;
-    gn_map_layer layers[GN_MAX_CASCADES]; /* six at most for a lamp */
-    layer_state states[GN_MAX_CASCADES];
-};
+/* Shadows of a layer that was drawn for another direction of the sun may lie off by so many texels:
+ * as far as one that reads four texels is unsure anyway. */
+#define MOST_SHIFT 1.5
 
 /* Life ---------------------------------------------------------------------------------------- */
 
@@ -56,6 +30,10 @@ gn_result gn_shadow_map_create(gn_device *device, const gn_map_format *format,
     gn_map_desc resolved = gn_map_desc_resolve(format, desc);
     if (!gn_map_has_texels(format))
         resolved.samples = 1;
+    if (resolved.undrawn == GN_NONE)
+        resolved.undrawn = 0;
+    if (resolved.refresh == 0)
+        resolved.refresh = 1;
     /* Receivers are moved along their normals before they are looked up. */
     const uint32_t margin =
         gn_map_margin(format, &resolved) + (uint32_t)ceilf(resolved.normal_bias);
@@ -82,19 +60,17 @@ void gn_shadow_map_destroy(gn_shadow_map **map)
     gn_shadow_map *m = *map;
     *map = NULL;
     gn_context *context = gn_device_context(m->device);
-    for (uint32_t i = 0; i < GN_MAX_CASCADES; i++) {
-        gn_free(context, m->layers[i].depth[GN_CASTERS_STATIC]);
-        gn_free(context, m->layers[i].texels);
-        gn_free(context, m->states[i].dynamic);
-    }
+    for (uint32_t i = 0; i < GN_MAX_CASCADES; i++)
+        gn_map_slot_free(m, &m->slots[i]);
     gn_free(context, m);
 }
 
 void gn_shadow_map_reset(gn_shadow_map *map)
 {
     map->layer_count = 0;
+    map->has_before = false;
     for (uint32_t i = 0; i < GN_MAX_CASCADES; i++)
-        map->states[i].placed = false;
+        map->slots[i].used = map->slots[i].begun = false;
 }
 
 /* Placing ------------------------------------------------------------------------------------- */
@@ -107,14 +83,17 @@ static bool has_meshes(const gn_scene *scene)
     return false;
 }
 
-static origin origin_of(const gn_scene *scene, const gn_light *light)
+/* A sun's direction belongs to each layer where old ones stay in use. */
+static gn_map_origin origin_of(const gn_shadow_map *map, const gn_scene *scene,
+                               const gn_light *light)
 {
-    origin made = {.scene = scene->number,
-                   .structure_version = scene->structure_version,
-                   .type = (uint32_t)light->desc.type};
+    gn_map_origin made = {.scene = scene->number,
+                          .structure_version = scene->structure_version,
+                          .type = (uint32_t)light->desc.type};
     for (uint32_t i = 0; i < scene->node_count; i++)
         made.moving += scene->nodes[i].animated && scene->nodes[i].desc.mesh != GN_NONE;
-    if (light->desc.type != GN_LIGHT_POINT)
+    if (light->desc.type == GN_LIGHT_SPOT ||
+        (light->desc.type == GN_LIGHT_DIRECTIONAL && map->desc.refresh == 1))
         memcpy(made.axis, light->direction, sizeof made.axis);
     if (light->desc.type != GN_LIGHT_DIRECTIONAL) {
         memcpy(made.light, light->position, sizeof made.light);
@@ -125,208 +104,177 @@ static origin origin_of(const gn_scene *scene, const gn_light *light)
     return made;
 }
 
-static void place(gn_shadow_map *map, uint32_t i, const gn_map_projection *projection)
+/* What an update does with a layer. */
+typedef struct work {
+    bool advance[GN_MAX_CASCADES]; /* draw at what is in the making */
+    bool read[GN_MAX_CASCADES];    /* read it where it is in use */
+} work;
+
+static void begin(gn_shadow_map *map, uint32_t i, const gn_cascade *place, gn_map_update *update)
 {
-    map->layers[i].projection = *projection;
-    map->states[i].placed = true;
-    map->states[i].fresh = true;
+    gn_map_slot_begin(map, &map->slots[i], place);
+    update->fitted++;
+}
+
+/* A view of the cascades, and how it goes on if camera and sun move on as they came from the update
+ * before: at the time when a layer that is begun now comes in use, and in the midst of its use. */
+typedef struct outlook {
+    gn_cascades now, ready, later;
+    bool still; /* the sun does not turn */
+} outlook;
+
+/* Where the sun will be: along a straight line, which is right for small turns; others are
+ * jumps, of which nothing follows. */
+static void sun_ahead(const gn_shadow_map *map, const float now[3], uint32_t updates,
+                      float ahead[3])
+{
+    double moved[3], square = 0.0;
+    for (int i = 0; i < 3; i++) {
+        const double by = map->has_before ? (double)now[i] - (double)map->sun[i] : 0.0;
+        moved[i] = (double)now[i] + updates * by;
+        square += moved[i] * moved[i];
+    }
+    const bool moves = map->has_before && memcmp(now, map->sun, sizeof map->sun) != 0;
+    for (int i = 0; i < 3; i++)
+        ahead[i] = moves && square > 0.0 ? (float)(moved[i] / sqrt(square)) : now[i];
+}
+
+static gn_cascades look_ahead(const gn_shadow_map *map, const gn_cascades *now, uint32_t updates)
+{
+    float sun[3];
+    sun_ahead(map, now->direction, updates, sun);
+    const gn_cascades ahead = map->has_before ? gn_cascades_ahead(now, map->camera, updates) : *now;
+    return gn_cascades_turned(&ahead, sun);
+}
+
+static outlook make_outlook(const gn_shadow_map *map, const gn_cascades *now)
+{
+    const uint32_t refresh = map->desc.refresh;
+    outlook made = {.now = *now, .ready = *now, .later = *now, .still = true};
+    if (refresh == 1)
+        return made;
+    made.ready = look_ahead(map, now, refresh);
+    made.later = look_ahead(map, now, refresh + refresh / 2);
+    made.still = !map->has_before || memcmp(map->sun, now->direction, sizeof map->sun) == 0;
+    return made;
+}
+
+/* For the sun in the midst of its use; or as it is now, where that is too far off to be
+ * foreseen. */
+static gn_cascade place_cascade(const outlook *view, uint32_t i)
+{
+    const gn_cascades now = gn_cascades_turned(&view->now, view->later.direction);
+    const gn_cascade made = gn_cascade_fit_ahead(&now, &view->later, i);
+    if (gn_cascade_shift(&made, &view->now, view->now.direction) <= 3.0 * MOST_SHIFT)
+        return made;
+    const gn_cascades later = gn_cascades_turned(&view->later, view->now.direction);
+    return gn_cascade_fit_ahead(&view->now, &later, i);
+}
+
+/* Is a layer right for the sun? */
+static bool is_right(const gn_cascade *placed, const gn_cascades *view, const float direction[3])
+{
+    return gn_cascade_shift(placed, view, direction) <= MOST_SHIFT;
+}
+
+/* What is in the making stays so until it is whole, however the camera turns: begun anew, it might
+ * never be. It is given up where it became of no use at all. */
+static bool is_wanted(const gn_shadow_map *map, const outlook *view, const gn_map_slot *slot,
+                      uint32_t i)
+{
+    const uint32_t left = map->desc.refresh - slot->parts - 1;
+    float sun[3];
+    sun_ahead(map, view->now.direction, left, sun);
+    if (!is_right(&slot->back, &view->now, sun) || !gn_cascade_meets(&slot->back, &view->now, i))
+        return false;
+    const bool old_serves = slot->used && gn_cascade_serves(&slot->place, &view->now, i);
+    return left > 0 || !old_serves || gn_cascade_serves(&slot->back, &view->now, i);
+}
+
+/* Must a layer in use be drawn anew, so that the new one is ready when the old one fails? */
+static bool is_failing(const gn_map_slot *slot, const outlook *view, uint32_t i)
+{
+    return !slot->used || !gn_cascade_serves(&slot->place, &view->now, i) ||
+           !gn_cascade_serves(&slot->place, &view->ready, i) ||
+           !is_right(&slot->place, &view->now, view->ready.direction) ||
+           (view->still &&
+            memcmp(slot->place.direction, view->now.direction, sizeof slot->place.direction) != 0);
 }
 
 static void place_cascades(gn_shadow_map *map, const gn_scene *scene, const gn_light *light,
-                           const gn_camera *camera, float aspect)
+                           const gn_camera *camera, float aspect, work *todo, gn_map_update *update)
 {
-    const gn_cascades cascades =
+    const gn_cascades now =
         gn_cascades_make(camera, aspect, scene->bounds_min, scene->bounds_max,
                          map->origin.moving > 0, light->direction, &map->desc, map->margin);
-    bool whole = false;
-    for (uint32_t i = 0; i < cascades.count && !whole; i++) {
-        layer_state *state = &map->states[i];
-        if (!state->placed || !gn_cascade_serves(&state->cascade, &cascades, i)) {
-            state->cascade = gn_cascade_fit(&cascades, i);
-            place(map, i, &state->cascade.projection);
+    const outlook view = make_outlook(map, &now);
+    const uint32_t drawn = map->desc.cascades - map->desc.undrawn;
+    bool whole = false, placed = false; /* one in use holds the scene; one at all does */
+    for (uint32_t i = 0; i < GN_MAX_CASCADES; i++) {
+        gn_map_slot *slot = &map->slots[i];
+        if (slot->used && !is_right(&slot->place, &now, now.direction))
+            slot->used = false;
+        if (i >= now.count || i >= drawn || whole)
+            continue;
+        todo->read[i] = true;
+        if (!placed) {
+            todo->advance[i] = true;
+            if (slot->begun && !is_wanted(map, &view, slot, i))
+                slot->begun = false;
+            if (!slot->begun && is_failing(slot, &view, i)) {
+                const gn_cascade place = place_cascade(&view, i);
+                begin(map, i, &place, update);
+            }
         }
-        whole = state->cascade.whole;
-        map->layer_count++;
+        placed = placed || (slot->begun ? slot->back.whole : slot->place.whole);
+        whole = slot->begun && slot->parts + 1 == map->desc.refresh
+                    ? slot->back.whole
+                    : slot->used && slot->place.whole;
     }
+    memcpy(map->camera, camera->world, sizeof map->camera);
+    memcpy(map->sun, light->direction, sizeof map->sun);
+    map->has_before = true;
 }
 
-static void place_lamp(gn_shadow_map *map, const gn_scene *scene, const gn_light *light)
+static void place_lamp(gn_shadow_map *map, const gn_scene *scene, const gn_light *light, work *todo,
+                       gn_map_update *update)
 {
     const gn_lamp lamp = gn_lamp_make(light, scene->bounds_min, scene->bounds_max,
                                       map->origin.moving > 0, &map->desc, map->margin);
-    map->layer_count = lamp.count;
-    for (uint32_t i = 0; i < lamp.count; i++)
-        if (!map->states[i].placed || !gn_lamp_serves(&map->layers[i].projection, &lamp))
-            place(map, i, &lamp.faces[i]);
+    for (uint32_t i = 0; i < lamp.count; i++) {
+        gn_map_slot *slot = &map->slots[i];
+        todo->advance[i] = todo->read[i] = true;
+        /* What is nearer than its near end is not in it. */
+        if (slot->used && (double)slot->place.projection.near > lamp.near)
+            slot->used = false;
+        if (slot->begun && !gn_lamp_serves(&slot->back.projection, &lamp))
+            slot->begun = false;
+        const gn_cascade place = {.projection = lamp.faces[i]};
+        if (!slot->begun && !(slot->used && gn_lamp_serves(&slot->place.projection, &lamp)))
+            begin(map, i, &place, update);
+    }
 }
 
-/* Rectangles ---------------------------------------------------------------------------------- */
+/* Updating ------------------------------------------------------------------------------------ */
 
-static bool is_empty(gn_rect r)
+static gn_result refresh(gn_shadow_map *map, const gn_scene *scene, const work *todo,
+                         gn_map_update *update)
 {
-    return r.x0 >= r.x1 || r.y0 >= r.y1;
-}
-
-static gn_rect unite(gn_rect a, gn_rect b)
-{
-    if (is_empty(a))
-        return b;
-    if (is_empty(b))
-        return a;
-    return (gn_rect){a.x0 < b.x0 ? a.x0 : b.x0, a.y0 < b.y0 ? a.y0 : b.y0,
-                     a.x1 > b.x1 ? a.x1 : b.x1, a.y1 > b.y1 ? a.y1 : b.y1};
-}
-
-static gn_rect widen(gn_rect r, uint32_t by, uint32_t resolution)
-{
-    if (is_empty(r))
-        return r;
-    return (gn_rect){r.x0 > by ? r.x0 - by : 0, r.y0 > by ? r.y0 - by : 0,
-                     r.x1 + by < resolution ? r.x1 + by : resolution,
-                     r.y1 + by < resolution ? r.y1 + by : resolution};
-}
-
-/* Drawing ------------------------------------------------------------------------------------- */
-
-static gn_result reserve(const gn_shadow_map *map, void **memory, size_t count, size_t size)
-{
-    gn_context *context = gn_device_context(map->device);
-    if (!*memory)
-        *memory = gn_alloc(context, count, size);
-    if (*memory)
-        return GN_OK;
-    return gn_fail(context, GN_ERROR_OUT_OF_MEMORY,
-                   "out of memory for a shadow map of %u x %u texels", map->desc.resolution,
-                   map->desc.resolution);
-}
-
-static size_t depths_of(const gn_shadow_map *map)
-{
-    return (size_t)map->desc.resolution * map->desc.resolution * map->desc.samples;
-}
-
-static size_t words_of(const gn_shadow_map *map)
-{
-    return gn_map_chain_texels(map->desc.resolution, map->desc.mip_maps) *
-           gn_map_words(&map->format);
-}
-
-static gn_result draw(const gn_shadow_map *map, const gn_scene *scene, uint32_t i,
-                      gn_casters casters, float *depth, gn_rect *covered)
-{
-    gn_depth_job job = {.scene = scene,
-                        .projection = map->layers[i].projection,
-                        .casters = casters,
-                        .alpha = map->desc.alpha,
-                        .samples = map->desc.samples,
-                        .depth = depth};
-    GN_TRY(gn_cpu_depth(&map->device->cpu, &job));
-    *covered = job.covered;
-    return GN_OK;
-}
-
-/* May a moving node cast into a layer? */
-static bool is_cast_into(const gn_scene *scene, const gn_map_projection *projection)
-{
-    for (uint32_t n = 0; n < scene->node_count; n++) {
-        const gn_node *node = &scene->nodes[n];
-        if (!node->animated || node->desc.mesh == GN_NONE)
+    map->layer_count = 0;
+    for (uint32_t i = 0; i < GN_MAX_CASCADES; i++) {
+        gn_map_slot *slot = &map->slots[i];
+        if (!todo->read[i])
             continue;
-        const gn_mesh *mesh = &scene->meshes[node->desc.mesh];
-        gn_bounds box;
-        for (int axis = 0; axis < 3; axis++) {
-            box.low[axis] = box.high[axis] = (double)node->world[12 + axis];
-            for (int k = 0; k < 3; k++) {
-                const double m = (double)node->world[4 * k + axis];
-                const double a = m * (double)mesh->bounds_min[k];
-                const double b = m * (double)mesh->bounds_max[k];
-                box.low[axis] += fmin(a, b);
-                box.high[axis] += fmax(a, b);
-            }
-        }
-        if (gn_projection_sees(projection, &box))
-            return true;
-    }
-    return false;
-}
-
-/* Draws what changed in a layer; *dirty: the texels that are no longer right. */
-static gn_result draw_layer(gn_shadow_map *map, const gn_scene *scene, uint32_t i, gn_rect *dirty)
-{
-    gn_map_layer *layer = &map->layers[i];
-    layer_state *state = &map->states[i];
-    const uint32_t resolution = map->desc.resolution;
-    gn_rect before = state->touched, now = {0};
-    if (state->fresh) {
-        GN_TRY(
-            reserve(map, (void **)&layer->depth[GN_CASTERS_STATIC], depths_of(map), sizeof(float)));
-        gn_rect covered;
-        GN_TRY(draw(map, scene, i, GN_CASTERS_STATIC, layer->depth[GN_CASTERS_STATIC], &covered));
-        before = (gn_rect){0, 0, resolution, resolution};
-    } else if (state->moving_version == scene->transform_version) {
-        *dirty = now;
-        return GN_OK;
-    }
-    if (map->origin.moving > 0 && is_cast_into(scene, &layer->projection)) {
-        GN_TRY(reserve(map, (void **)&state->dynamic, depths_of(map), sizeof(float)));
-        GN_TRY(draw(map, scene, i, GN_CASTERS_DYNAMIC, state->dynamic, &now));
-    }
-    layer->depth[GN_CASTERS_DYNAMIC] = is_empty(now) ? NULL : state->dynamic;
-    state->touched = now;
-    state->moving_version = scene->transform_version;
-    *dirty = widen(unite(before, now), map->desc.filter_width / 2, resolution);
-    return GN_OK;
-}
-
-static gn_result filter_layer(gn_shadow_map *map, uint32_t i, gn_rect rect)
-{
-    gn_map_layer *layer = &map->layers[i];
-    const gn_cpu *cpu = &map->device->cpu;
-    GN_TRY(reserve(map, (void **)&layer->texels, words_of(map), sizeof(uint32_t)));
-    const gn_filter_job job = {.format = map->format,
-                               .resolution = map->desc.resolution,
-                               .samples = map->desc.samples,
-                               .width = map->desc.filter_width,
-                               .sigma = map->desc.filter_sigma,
-                               .moment_bias = map->desc.moment_bias,
-                               .depth = layer->depth[GN_CASTERS_STATIC],
-                               .dynamic = layer->depth[GN_CASTERS_DYNAMIC],
-                               .rect = rect,
-                               .texels = layer->texels};
-    GN_TRY(gn_cpu_filter(cpu, &job));
-    if (map->desc.mip_maps)
-        gn_cpu_map_mips(cpu, &map->format, map->desc.resolution, layer->texels);
-    return GN_OK;
-}
-
-static bool is_finite(const gn_map_projection *p)
-{
-    return gn_all_finite(p->origin, 3) && isfinite(p->extent) && isfinite(p->far);
-}
-
-static gn_result refresh(gn_shadow_map *map, const gn_scene *scene, gn_map_update *update)
-{
-    for (uint32_t i = 0; i < map->layer_count; i++) {
-        if (!is_finite(&map->layers[i].projection))
-            return gn_fail(gn_device_context(map->device), GN_ERROR_UNSUPPORTED,
-                           "the scene is too large for a shadow map in floats");
-        gn_rect dirty;
-        const double start = gn_milliseconds();
-        GN_TRY(draw_layer(map, scene, i, &dirty));
-        const double drawn = gn_milliseconds();
-        update->depth_ms += drawn - start;
-        update->fitted += map->states[i].fresh;
-        if (!gn_map_has_texels(&map->format) || is_empty(dirty))
+        GN_TRY(gn_map_slot_update(map, scene, slot, todo->advance[i], update));
+        if (!slot->used)
             continue;
-        GN_TRY(filter_layer(map, i, dirty));
-        update->filter_ms += gn_milliseconds() - drawn;
-        update->filtered++;
+        map->layers[map->layer_count] = slot->layer;
+        map->layers[map->layer_count++].index = i;
     }
     return GN_OK;
 }
 
-static gn_result check(const gn_shadow_map *map, const gn_scene *scene, uint32_t light,
-                       uint32_t camera, float aspect)
+gn_result gn_shadow_map_check_scene(const gn_shadow_map *map, const gn_scene *scene, uint32_t light)
 {
     gn_context *context = gn_device_context(map->device);
     if (scene->device != map->device)
@@ -337,6 +285,14 @@ static gn_result check(const gn_shadow_map *map, const gn_scene *scene, uint32_t
     if (light >= scene->light_count)
         return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
                        "light %u does not exist: the scene has %u", light, scene->light_count);
+    return GN_OK;
+}
+
+static gn_result check(const gn_shadow_map *map, const gn_scene *scene, uint32_t light,
+                       uint32_t camera, float aspect)
+{
+    gn_context *context = gn_device_context(map->device);
+    GN_TRY(gn_shadow_map_check_scene(map, scene, light));
     if (scene->lights[light].desc.type != GN_LIGHT_DIRECTIONAL)
         return GN_OK;
     if (camera >= scene->camera_count)
@@ -358,18 +314,16 @@ gn_result gn_shadow_map_update(gn_shadow_map *map, const gn_scene *scene, uint32
     gn_result result = check(map, scene, light, camera, aspect);
     if (result == GN_OK) {
         const gn_light *of = &scene->lights[light];
-        const origin now = origin_of(scene, of);
+        const gn_map_origin now = origin_of(map, scene, of);
         if (memcmp(&now, &map->origin, sizeof now) != 0)
             gn_shadow_map_reset(map);
         map->origin = now;
-        map->layer_count = 0;
-        for (uint32_t i = 0; i < GN_MAX_CASCADES; i++)
-            map->states[i].fresh = false;
+        work todo = {0};
         if (has_meshes(scene) && of->desc.type == GN_LIGHT_DIRECTIONAL)
-            place_cascades(map, scene, of, &scene->cameras[camera], aspect);
+            place_cascades(map, scene, of, &scene->cameras[camera], aspect, &todo, update);
         else if (has_meshes(scene))
-            place_lamp(map, scene, of);
-        result = refresh(map, scene, update);
+            place_lamp(map, scene, of, &todo, update);
+        result = refresh(map, scene, &todo, update);
     }
     if (result != GN_OK)
         gn_shadow_map_reset(map);
@@ -417,11 +371,8 @@ gn_map_layer_info gn_shadow_map_layer(const gn_shadow_map *map, uint32_t layer)
 size_t gn_shadow_map_bytes(const gn_shadow_map *map)
 {
     size_t bytes = 0;
-    for (uint32_t i = 0; i < GN_MAX_CASCADES; i++) {
-        bytes += map->layers[i].depth[GN_CASTERS_STATIC] ? depths_of(map) * sizeof(float) : 0;
-        bytes += map->states[i].dynamic ? depths_of(map) * sizeof(float) : 0;
-        bytes += map->layers[i].texels ? words_of(map) * sizeof(uint32_t) : 0;
-    }
+    for (uint32_t i = 0; i < GN_MAX_CASCADES; i++)
+        bytes += gn_map_slot_bytes(map, &map->slots[i]);
     return bytes;
 }
 
