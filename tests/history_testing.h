@@ -15,6 +15,7 @@ static inline gn_map_desc tiny_map(void)
     desc.resolution = 32;
     desc.cascades = 1;
     desc.filter_width = 1;
+    desc.refresh = 1;
     return desc;
 }
 

@@ -314,6 +314,8 @@ static sight look(uint32_t samples)
     ok(gn_view_create(device, &desc, &s.view));
     s.desc.method = gn_method_find("lt-vsm");
     s.desc.map.resolution = 128;
+    s.desc.map.refresh = 1;
+    s.desc.map.undrawn = 0;
     return s;
 }
 

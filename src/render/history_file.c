@@ -485,7 +485,8 @@ gn_result gn_history_read_memory(const gn_scene *scene, const char *name, const 
     gn_context *context = scene->context;
     *history = NULL;
     if (!scene->accel || scene->edits != scene->committed)
-        return gn_fail(context, GN_ERROR_STATE, "the scene has edits that are not committed");
+        return gn_fail(context, GN_ERROR_STATE, "%s: the scene has edits that are not committed",
+                       name);
     if (size < MAGIC_BYTES + 4 + CHECKSUM_BYTES || memcmp(data, magic, MAGIC_BYTES) != 0)
         return gn_fail(context, GN_ERROR_FORMAT, "%s: the file holds no history of gnomon", name);
     GN_TRY(gn_history_create(scene->device, history));
