@@ -67,8 +67,8 @@ static bool frame_path(gn_app *app, const char *pattern, uint32_t frame, char *o
 }
 
 static void report_frame(cJSON *frames, uint32_t number, double time, const gn_app *app,
-                         const gn_view *view, const gn_visibility_stats *stats, double update,
-                         double write, cJSON *files)
+                         const gn_view *view, const gn_visibility_stats *stats, bool traces_leaks,
+                         double update, double write, cJSON *files)
 {
     const gn_timings timings = gn_view_timings(view);
     const size_t pixels = (size_t)app->options.size[0] * app->options.size[1];
@@ -98,7 +98,7 @@ static void report_frame(cJSON *frames, uint32_t number, double time, const gn_a
         cJSON_AddItemToArray(means, cJSON_CreateNumber(sum / (double)pixels));
     }
     cJSON_AddNumberToObject(entry, "rays", (double)rays);
-    if (leak.tested > 0)
+    if (traces_leaks)
         cJSON_AddItemToObject(entry, "leak",
                               gn_app_leak_json(&leak, (double)pixels * app->light_count));
     cJSON_AddItemToObject(entry, "files", files);
@@ -158,8 +158,9 @@ static bool render_frame(const render_options *o, gn_frame *frame, const gn_visi
         cJSON_Delete(files);
         return false;
     }
-    report_frame(frames, number, time_of(o, number), app, frame->view, stats, update,
-                 gn_milliseconds() - start, files);
+    report_frame(frames, number, time_of(o, number), app, frame->view, stats,
+                 frame->method->method.trace == GN_TRACE_LEAK, update, gn_milliseconds() - start,
+                 files);
     return true;
 }
 
