@@ -252,17 +252,6 @@ static gn_bounds bounds_of(const float bounds_min[3], const float bounds_max[3])
     return box;
 }
 
-/* Camera axes and eye of a world matrix, right x up = -forward. */
-static void read_pose(const float world[16], gn_axes *axes, double eye[3])
-{
-    for (int i = 0; i < 3; i++) {
-        axes->right[i] = (double)world[i];
-        axes->up[i] = (double)world[4 + i];
-        axes->forward[i] = -(double)world[8 + i];
-        eye[i] = (double)world[12 + i];
-    }
-}
-
 gn_cascades gn_cascades_make(const gn_camera *camera, float aspect, const float bounds_min[3],
                              const float bounds_max[3], bool moving, const float direction[3],
                              const gn_map_desc *desc, uint32_t margin)
@@ -277,7 +266,12 @@ gn_cascades gn_cascades_make(const gn_camera *camera, float aspect, const float 
     c.half_height =
         c.orthographic ? (double)camera->desc.ymag : tan(0.5 * (double)camera->desc.yfov);
     c.half_width = c.half_height * (double)aspect;
-    read_pose(camera->world, &c.camera, c.eye);
+    for (int i = 0; i < 3; i++) {
+        c.camera.right[i] = (double)camera->world[i];
+        c.camera.up[i] = (double)camera->world[4 + i];
+        c.camera.forward[i] = -(double)camera->world[8 + i];
+        c.eye[i] = (double)camera->world[12 + i];
+    }
     memcpy(c.direction, direction, sizeof c.direction);
     c.scene = box_in(&c.light, nowhere, &c.bounds);
 
@@ -303,28 +297,6 @@ gn_cascades gn_cascades_turned(const gn_cascades *c, const float direction[3])
     turned.light = gn_light_axes(direction);
     turned.scene = box_in(&turned.light, nowhere, &turned.bounds);
     return turned;
-}
-
-gn_cascades gn_cascades_ahead(const gn_cascades *c, const float before[16], uint32_t updates)
-{
-    gn_axes from;
-    double eye[3], turn[3][3];
-    read_pose(before, &from, eye);
-    for (int row = 0; row < 3; row++)
-        for (int k = 0; k < 3; k++)
-            turn[row][k] = c->camera.right[row] * from.right[k] + c->camera.up[row] * from.up[k] +
-                           c->camera.forward[row] * from.forward[k];
-    gn_cascades ahead = *c;
-    double *axes[3] = {ahead.camera.right, ahead.camera.up, ahead.camera.forward};
-    for (uint32_t n = 0; n < updates; n++)
-        for (int axis = 0; axis < 3; axis++) {
-            const double a[3] = {axes[axis][0], axes[axis][1], axes[axis][2]};
-            for (int row = 0; row < 3; row++)
-                axes[axis][row] = dot(turn[row], a);
-        }
-    for (int i = 0; i < 3; i++)
-        ahead.eye[i] = c->eye[i] + (double)updates * (c->eye[i] - eye[i]);
-    return ahead;
 }
 
 gn_bounds gn_cascade_need(const gn_cascades *c, uint32_t i)
@@ -376,10 +348,9 @@ static double usable_share(uint32_t resolution, uint32_t margin)
     return 1.0 - 2.0 * (margin + 1.0) / resolution;
 }
 
-/* A level of slice i in the middle of `need`. */
-static gn_cascade fit(const gn_cascades *c, uint32_t i, gn_bounds need)
+/* A level in the middle of `need`. */
+static gn_cascade fit(const gn_cascades *c, double half, gn_bounds need)
 {
-    const double half = level_half(c, i);
     gn_cascade made = {.whole = half >= scene_half(c)};
     memcpy(made.direction, c->direction, sizeof made.direction);
     gn_map_projection *p = &made.projection;
@@ -424,7 +395,7 @@ static gn_cascade fit(const gn_cascades *c, uint32_t i, gn_bounds need)
 
 gn_cascade gn_cascade_fit(const gn_cascades *c, uint32_t i)
 {
-    return fit(c, i, gn_cascade_need(c, i));
+    return fit(c, level_half(c, i), gn_cascade_need(c, i));
 }
 
 static bool is_nothing(const gn_bounds *box)
@@ -435,9 +406,10 @@ static bool is_nothing(const gn_bounds *box)
 gn_cascade gn_cascade_fit_ahead(const gn_cascades *c, const gn_cascades *ahead, uint32_t i)
 {
     const gn_bounds need = gn_cascade_need(c, i), then = gn_cascade_need(ahead, i);
-    const gn_cascade here = fit(c, i, need);
-    if (is_nothing(&need) || is_nothing(&then))
-        return here;
+    if (i >= ahead->count || is_nothing(&need) || is_nothing(&then))
+        return gn_cascade_fit(c, i);
+    const double half = fmax(level_half(c, i), level_half(ahead, i));
+    const gn_cascade here = fit(c, half, need);
     gn_bounds moved = need;
     for (int axis = 0; axis < 3; axis++) {
         const double by =
@@ -450,7 +422,7 @@ gn_cascade gn_cascade_fit_ahead(const gn_cascades *c, const gn_cascades *ahead, 
         moved.low[axis] += shift;
         moved.high[axis] += shift;
     }
-    return fit(c, i, moved);
+    return fit(c, half, moved);
 }
 
 static gn_bounds need_under(const gn_cascade *placed, const gn_cascades *c, uint32_t i)

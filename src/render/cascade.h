@@ -50,11 +50,6 @@ gn_cascades gn_cascades_make(const gn_camera *camera, float aspect, const float 
 /* The same view under another light. */
 gn_cascades gn_cascades_turned(const gn_cascades *cascades, const float direction[3]);
 
-/* The same slices as they will lie if the camera goes on for so many updates as it came here from
- * `before`, its world matrix one update ago. */
-gn_cascades gn_cascades_ahead(const gn_cascades *cascades, const float before[16],
-                              uint32_t updates);
-
 /* The box in light space of slice i of the view inside the scene's bounds. */
 gn_bounds gn_cascade_need(const gn_cascades *cascades, uint32_t i);
 
@@ -71,8 +66,8 @@ typedef struct gn_cascade {
  * lie on a grid through the origin of light space. */
 gn_cascade gn_cascade_fit(const gn_cascades *cascades, uint32_t i);
 
-/* The same for a level that will be ready after some updates only: it lies as far towards the slice
- * `ahead` as it can while it holds slice i as it is. */
+/* The same for a level that will be ready after some updates only: it lies as far towards slice i
+ * of the view `ahead`, under the same light, as it can while it holds slice i as it is. */
 gn_cascade gn_cascade_fit_ahead(const gn_cascades *cascades, const gn_cascades *ahead, uint32_t i);
 
 /* Can a level that was placed for an earlier view serve slice i? (Leak tracing paper, section 3.3:

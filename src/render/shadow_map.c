@@ -134,28 +134,65 @@ static void sun_ahead(const gn_shadow_map *map, const float now[3], uint32_t upd
         moved[i] = (double)now[i] + updates * by;
         square += moved[i] * moved[i];
     }
-    const bool moves = map->has_before && memcmp(now, map->sun, sizeof map->sun) != 0;
+    const bool moves =
+        updates > 0 && map->has_before && memcmp(now, map->sun, sizeof map->sun) != 0;
     for (int i = 0; i < 3; i++)
         ahead[i] = moves && square > 0.0 ? (float)(moved[i] / sqrt(square)) : now[i];
 }
 
-static gn_cascades look_ahead(const gn_shadow_map *map, const gn_cascades *now, uint32_t updates)
+/* Where the camera will be: along a line, turning on about the same axis. */
+static gn_camera camera_ahead(const gn_shadow_map *map, const gn_camera *now, uint32_t updates)
 {
-    float sun[3];
-    sun_ahead(map, now->direction, updates, sun);
-    const gn_cascades ahead = map->has_before ? gn_cascades_ahead(now, map->camera, updates) : *now;
-    return gn_cascades_turned(&ahead, sun);
+    gn_camera ahead = *now;
+    const float *before = map->camera, *here = now->world;
+    if (!map->has_before || memcmp(here, before, sizeof map->camera) == 0)
+        return ahead;
+    double turn[3][3]; /* from axes before to axes now, in the world */
+    for (int row = 0; row < 3; row++)
+        for (int k = 0; k < 3; k++) {
+            turn[row][k] = 0.0;
+            for (int axis = 0; axis < 12; axis += 4)
+                turn[row][k] += (double)here[axis + row] * (double)before[axis + k];
+        }
+    for (int axis = 0; axis < 12; axis += 4) {
+        double a[3] = {(double)here[axis], (double)here[axis + 1], (double)here[axis + 2]};
+        for (uint32_t n = 0; n < updates; n++) {
+            double b[3] = {0, 0, 0};
+            for (int row = 0; row < 3; row++)
+                for (int k = 0; k < 3; k++)
+                    b[row] += turn[row][k] * a[k];
+            memcpy(a, b, sizeof a);
+        }
+        for (int k = 0; k < 3; k++)
+            ahead.world[axis + k] = (float)a[k];
+    }
+    for (int k = 12; k < 15; k++)
+        ahead.world[k] = (float)((double)here[k] + updates * ((double)here[k] - (double)before[k]));
+    return ahead;
 }
 
-static outlook make_outlook(const gn_shadow_map *map, const gn_cascades *now)
+static gn_cascades look_ahead(const gn_shadow_map *map, const gn_scene *scene,
+                              const float direction[3], const gn_camera *camera, float aspect,
+                              uint32_t updates)
+{
+    float sun[3];
+    sun_ahead(map, direction, updates, sun);
+    const gn_camera ahead = camera_ahead(map, camera, updates);
+    return gn_cascades_make(&ahead, aspect, scene->bounds_min, scene->bounds_max,
+                            map->origin.moving > 0, sun, &map->desc, map->margin);
+}
+
+static outlook make_outlook(const gn_shadow_map *map, const gn_scene *scene,
+                            const float direction[3], const gn_camera *camera, float aspect)
 {
     const uint32_t refresh = map->desc.refresh;
-    outlook made = {.now = *now, .ready = *now, .later = *now, .still = true};
+    outlook made = {.now = look_ahead(map, scene, direction, camera, aspect, 0)};
+    made.ready = made.later = made.now;
+    made.still = !map->has_before || memcmp(map->sun, direction, sizeof map->sun) == 0;
     if (refresh == 1)
         return made;
-    made.ready = look_ahead(map, now, refresh);
-    made.later = look_ahead(map, now, refresh + refresh / 2);
-    made.still = !map->has_before || memcmp(map->sun, now->direction, sizeof map->sun) == 0;
+    made.ready = look_ahead(map, scene, direction, camera, aspect, refresh);
+    made.later = look_ahead(map, scene, direction, camera, aspect, refresh + refresh / 2);
     return made;
 }
 
@@ -195,7 +232,7 @@ static bool is_wanted(const gn_shadow_map *map, const outlook *view, const gn_ma
 static bool is_failing(const gn_map_slot *slot, const outlook *view, uint32_t i)
 {
     return !slot->used || !gn_cascade_serves(&slot->place, &view->now, i) ||
-           !gn_cascade_serves(&slot->place, &view->ready, i) ||
+           (i < view->ready.count && !gn_cascade_serves(&slot->place, &view->ready, i)) ||
            !is_right(&slot->place, &view->now, view->ready.direction) ||
            (view->still &&
             memcmp(slot->place.direction, view->now.direction, sizeof slot->place.direction) != 0);
@@ -204,10 +241,8 @@ static bool is_failing(const gn_map_slot *slot, const outlook *view, uint32_t i)
 static void place_cascades(gn_shadow_map *map, const gn_scene *scene, const gn_light *light,
                            const gn_camera *camera, float aspect, work *todo, gn_map_update *update)
 {
-    const gn_cascades now =
-        gn_cascades_make(camera, aspect, scene->bounds_min, scene->bounds_max,
-                         map->origin.moving > 0, light->direction, &map->desc, map->margin);
-    const outlook view = make_outlook(map, &now);
+    const outlook view = make_outlook(map, scene, light->direction, camera, aspect);
+    const gn_cascades now = view.now;
     const uint32_t drawn = map->desc.cascades - map->desc.undrawn;
     bool whole = false, placed = false; /* one in use holds the scene; one at all does */
     for (uint32_t i = 0; i < GN_MAX_CASCADES; i++) {
