@@ -117,9 +117,11 @@ typedef struct gn_visibility_desc {
                                 ignored (a lamp modelled around its light) */
     /* Methods with a map. */
     gn_map_desc map;     /* default gn_map_desc_default() */
-    gn_history *history; /* keeps maps between frames; NULL (default): made for this call alone.
-                            One scene and one camera at a time; a change of method, map settings
-                            or scene starts it anew */
+    gn_history *history; /* keeps maps and masks between frames; NULL (default): made for this call
+                            alone. One scene and one camera at a time; a change of method, map
+                            settings or scene starts it anew. gn_scene_visibility() sees no frame
+                            but those that it is asked for: cut the history where a G-buffer went
+                            by without it */
     gn_leak_desc leak;   /* of methods with GN_TRACE_LEAK; their mask needs a history */
     uint32_t camera;     /* whose picture the G-buffer is, default 0; gn_view_render() sets it */
     uint32_t frame;      /* number of the frame, default 0: turns the noise */

@@ -184,21 +184,6 @@ static gn_result fail_memory(const gn_history *history, const char *what)
                    "out of memory for %s of %u x %u pixels", what, history->width, history->height);
 }
 
-typedef struct widening {
-    const uint8_t *from;
-    uint8_t *to;
-    uint32_t from_bytes, to_bytes, width;
-} widening;
-
-static void widen_row(uint32_t y, uint32_t thread, void *user)
-{
-    (void)thread;
-    const widening *w = user;
-    const size_t first = (size_t)y * w->width;
-    for (size_t i = first; i < first + w->width; i++)
-        memcpy(w->to + i * w->to_bytes, w->from + i * w->from_bytes, w->from_bytes);
-}
-
 /* Makes room for `slots` lights a texel; what the textures hold stays. */
 static gn_result reserve_slots(gn_history *history, uint32_t slots)
 {
@@ -218,10 +203,9 @@ static gn_result reserve_slots(gn_history *history, uint32_t slots)
         }
     }
     for (int side = 0; side < 2; side++) {
-        widening w = {history->masks[side], made[side], history->texel_bytes, bytes,
-                      history->width};
-        if (w.from)
-            gn_parallel_for(context, history->height, widen_row, &w);
+        for (size_t i = 0; i < pixels && history->masks[side]; i++)
+            memcpy(made[side] + i * bytes, history->masks[side] + i * history->texel_bytes,
+                   history->texel_bytes);
         gn_free(context, history->masks[side]);
         history->masks[side] = made[side];
     }
@@ -258,19 +242,6 @@ static gn_result take_slot(gn_history *history, gn_history_entry *e)
     return GN_OK;
 }
 
-typedef struct copying {
-    const float *from;
-    float *to;
-    uint32_t width;
-} copying;
-
-static void copy_row(uint32_t y, uint32_t thread, void *user)
-{
-    (void)thread;
-    const copying *c = user;
-    memcpy(c->to + (size_t)y * c->width, c->from + (size_t)y * c->width, c->width * sizeof *c->to);
-}
-
 /* Keeps a frame's depth, once for all lights. *before: that of the frame before, or NULL. */
 static gn_result keep_depth(gn_history *history, const gn_gbuffer *gbuffer, const float **before)
 {
@@ -281,13 +252,12 @@ static gn_result keep_depth(gn_history *history, const gn_gbuffer *gbuffer, cons
         if (!gbuffer->depth)
             return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
                            "the G-buffer has no depth, which the depth test of masks needs");
+        const size_t pixels = (size_t)history->width * history->height;
         if (!history->depth[now])
-            history->depth[now] =
-                gn_alloc(context, (size_t)history->width * history->height, sizeof(float));
+            history->depth[now] = gn_alloc(context, pixels, sizeof(float));
         if (!history->depth[now])
             return fail_memory(history, "depth");
-        copying c = {gbuffer->depth, history->depth[now], history->width};
-        gn_parallel_for(context, history->height, copy_row, &c);
+        memcpy(history->depth[now], gbuffer->depth, pixels * sizeof(float));
         history->depth_frame[now] = history->frame;
     }
     const bool kept =
