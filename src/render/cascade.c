@@ -403,13 +403,25 @@ static bool is_nothing(const gn_bounds *box)
     return box->low[0] > box->high[0];
 }
 
+static bool meets(const gn_bounds *a, const gn_bounds *b)
+{
+    bool meet = true;
+    for (int axis = 0; axis < 3; axis++)
+        meet = meet && a->low[axis] <= b->high[axis] && b->low[axis] <= a->high[axis];
+    return meet;
+}
+
 gn_cascade gn_cascade_fit_ahead(const gn_cascades *c, const gn_cascades *ahead, uint32_t i)
 {
     const gn_bounds need = gn_cascade_need(c, i), then = gn_cascade_need(ahead, i);
     if (i >= ahead->count || is_nothing(&need) || is_nothing(&then))
         return gn_cascade_fit(c, i);
-    const double half = fmax(level_half(c, i), level_half(ahead, i));
+    /* Of a jump nothing follows: the level must be of use now. */
+    const double least = level_half(c, i), most = fmax(least, level_half(ahead, i));
+    const double half = most < WASTEFUL * least ? most : least;
     const gn_cascade here = fit(c, half, need);
+    if (!meets(&here.box, &then))
+        return gn_cascade_fit(c, i);
     gn_bounds moved = need;
     for (int axis = 0; axis < 3; axis++) {
         const double by =
@@ -448,11 +460,7 @@ bool gn_cascade_serves(const gn_cascade *placed, const gn_cascades *c, uint32_t 
 bool gn_cascade_meets(const gn_cascade *placed, const gn_cascades *c, uint32_t i)
 {
     const gn_bounds need = need_under(placed, c, i);
-    bool meets = true;
-    for (int axis = 0; axis < 3; axis++)
-        meets = meets && need.high[axis] >= placed->box.low[axis] &&
-                need.low[axis] <= placed->box.high[axis];
-    return meets;
+    return is_nothing(&need) || meets(&placed->box, &need);
 }
 
 double gn_cascade_shift(const gn_cascade *placed, const gn_cascades *c, const float direction[3])

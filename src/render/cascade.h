@@ -74,7 +74,7 @@ gn_cascade gn_cascade_fit_ahead(const gn_cascades *cascades, const gn_cascades *
  * it holds what the slice needs.) It must also not be twice as large as the slice asks for. */
 bool gn_cascade_serves(const gn_cascade *placed, const gn_cascades *cascades, uint32_t i);
 
-/* Does a level hold something of slice i? */
+/* Does a level hold something of slice i, where there is anything to hold? */
 bool gn_cascade_meets(const gn_cascade *placed, const gn_cascades *cascades, uint32_t i);
 
 /* Texels by which shadows may lie off in a level that was placed for another direction: those of
