@@ -29,6 +29,8 @@ gn_app_options gn_app_options_default(void)
                             .size = {1920, 1080},
                             .map = {.resolution = GN_NONE,
                                     .cascades = GN_NONE,
+                                    .undrawn = GN_NONE,
+                                    .refresh = GN_NONE,
                                     .samples = GN_NONE,
                                     .filter_width = GN_NONE,
                                     .alpha = GN_NONE,

@@ -23,7 +23,7 @@ int gn_app_info(int argc, char **argv);
 
 /* Settings of shadow maps. Counts and choices are GN_NONE, numbers NAN, where not given. */
 typedef struct gn_app_map_options {
-    uint32_t resolution, cascades, samples, filter_width;
+    uint32_t resolution, cascades, undrawn, refresh, samples, filter_width;
     uint32_t alpha, reading; /* gn_map_alpha, gn_map_reading */
     double distance, split_weight, enlarge, filter_sigma;
     double depth_bias, normal_bias, minimum_variance, moment_bias;
@@ -122,6 +122,10 @@ extern const char *const gn_app_switch_names[];
 #define GN_APP_MAP_OPTIONS(o)                                                                      \
     GN_APP_PLACE_OPTIONS(o),                                                                       \
         GN_FLAG("no-reuse", 0, &(o).map.no_reuse, "make the maps anew in every frame"),            \
+        GN_COUNT("refresh", 0, "N", &(o).map.refresh, 1, 64,                                       \
+                 "frames over which a layer is drawn, default 1, in leak tracing 8"),              \
+        GN_APP_COUNT("undrawn", "N", &(o).map.undrawn,                                             \
+                     "cascades at the far end left out, default 0, in leak tracing 1"),            \
         GN_APP_COUNT("filter-width", "N", &(o).map.filter_width,                                   \
                      "texels of the Gaussian filter, odd, default 9; 1: no filter"),               \
         GN_APP_REAL("filter-sigma", "X", &(o).map.filter_sigma,                                    \

@@ -329,11 +329,11 @@ cJSON *gn_app_leak_json(const gn_leak_counts *counts, double pixels)
     } parts[] = {{"unsure", counts->unsure},
                  {"expanded", counts->expanded},
                  {"removed", counts->removed},
-                 {"lost", counts->lost},
-                 {"unheld", counts->unheld}};
+                 {"lost", counts->lost}};
     const double tested = (double)counts->tested;
     cJSON *json = cJSON_CreateObject();
     cJSON_AddNumberToObject(json, "tested", tested / pixels);
+    cJSON_AddNumberToObject(json, "unheld", (double)counts->unheld / pixels);
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
         cJSON_AddNumberToObject(json, parts[i].key,
                                 tested > 0 ? (double)parts[i].count / tested : 0);

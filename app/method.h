@@ -127,7 +127,7 @@ gn_app_method gn_app_yardstick_of(const gn_app_method *method);
 
 /* Adds up b to a. */
 void gn_app_add_counts(gn_leak_counts *a, const gn_leak_counts *b);
-/* {"tested": share of pixels, "unsure": share of those tested, ...} */
+/* {"tested": share of pixels, "unheld": likewise, "unsure": share of those tested, ...} */
 cJSON *gn_app_leak_json(const gn_leak_counts *counts, double pixels);
 
 /* {"kind": "evsm", ...}, or null without a map. */

@@ -18,6 +18,8 @@ static const char *map_option(const gn_app_map_options *o)
                    {"shadow-distance", !isnan(o->distance)},
                    {"enlarge", !isnan(o->enlarge)},
                    {"no-reuse", o->no_reuse},
+                   {"refresh", o->refresh != GN_NONE},
+                   {"undrawn", o->undrawn != GN_NONE},
                    {"map-samples", o->samples != GN_NONE},
                    {"map-alpha", o->alpha != GN_NONE},
                    {"filter-width", o->filter_width != GN_NONE},
@@ -61,6 +63,8 @@ gn_map_desc gn_app_map_desc(const gn_app_map_options *o)
     for (uint32_t i = 0; i < o->splits.count; i++)
         desc.splits[i] = (float)o->splits.values[i];
     take_count(&desc.cascades, o->cascades);
+    take_count(&desc.undrawn, o->undrawn);
+    take_count(&desc.refresh, o->refresh);
     if (o->no_reuse)
         desc.enlarge = 0;
     take_real(&desc.enlarge, o->enlarge);
