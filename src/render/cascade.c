@@ -214,7 +214,8 @@ static double round_to_step(double x, bool up)
 static void split(gn_cascades *c, double near, double far, double seen_far, const gn_map_desc *desc)
 {
     const double begin = fmax(near, far / LOG_RANGE);
-    const double weight = c->orthographic ? 0.0 : (double)desc->split_weight;
+    const double split = desc->split_weight < 0.0f ? 0.85 : (double)desc->split_weight;
+    const double weight = c->orthographic ? 0.0 : split;
     c->ends[0] = near;
     for (uint32_t i = 1; i <= desc->cascades; i++) {
         const double t = (double)i / desc->cascades;
@@ -465,19 +466,19 @@ bool gn_cascade_meets(const gn_cascade *placed, const gn_cascades *c, uint32_t i
 
 double gn_cascade_shift(const gn_cascade *placed, const gn_cascades *c, const float direction[3])
 {
-    double from[3], to[3], across[3];
+    double from[3], to[3], across[3], reach = INFINITY;
     for (int i = 0; i < 3; i++) {
         from[i] = (double)placed->direction[i];
         to[i] = (double)direction[i];
+        /* A line along the light lies in the bounds for so long at most. */
+        if (from[i] != 0.0)
+            reach = fmin(reach, (c->bounds.high[i] - c->bounds.low[i]) / fabs(from[i]));
     }
     cross(from, to, across);
     const double cosine = dot(from, to), sine = sqrt(dot(across, across));
     if (!(cosine > 0.0))
         return INFINITY;
-    const gn_axes axes = gn_light_axes(placed->direction);
-    const double reach = placed->box.high[2] - box_in(&axes, nowhere, &c->bounds).low[2];
-    return fmax(reach, 0.0) * sine / cosine * c->resolution /
-           (2.0 * (double)placed->projection.extent);
+    return reach * sine / cosine * c->resolution / (2.0 * (double)placed->projection.extent);
 }
 
 /* Lamps --------------------------------------------------------------------------------------- */

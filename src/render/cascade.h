@@ -77,8 +77,9 @@ bool gn_cascade_serves(const gn_cascade *placed, const gn_cascades *cascades, ui
 /* Does a level hold something of slice i, where there is anything to hold? */
 bool gn_cascade_meets(const gn_cascade *placed, const gn_cascades *cascades, uint32_t i);
 
-/* Texels by which shadows may lie off in a level that was placed for another direction: those of
- * the scene's foremost caster on the level's far end. INFINITY at right angles and beyond. */
+/* Texels by which shadows may lie off in a level that was placed for another direction: as far as
+ * a caster can be before what it shades, inside the scene's bounds, times the tangent of the angle.
+ * INFINITY at right angles and beyond. */
 double gn_cascade_shift(const gn_cascade *placed, const gn_cascades *cascades,
                         const float direction[3]);
 
