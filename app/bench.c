@@ -337,14 +337,13 @@ int gn_app_bench(int argc, char **argv)
     static const char *const names[] = {"SCENE", NULL};
     static const char *const pseudo[] = {BASELINE, NULL};
     static const char *const notes[] = {
-        "Methods take turns on the same frames. The path is run --repeats times, each from "
-        "nothing;",
-        "a frame's time is the fastest of them, and the table has the median, least and most over",
-        "the frames. 'naive' is the baseline: one ray at a time, an instance a node, alpha test in",
-        "mip 0. Ratios are to ray-mip0.",
-        "Methods are names in 'gnomon methods', names with * and ?, or all, rays, maps, leaks. "
-        "Those",
-        "with a map take modifiers: 'lt-vsm:mip0:no-remove', 'lt-*:size=1024'; see docs/cli.md.",
+        "Methods take turns on the same frames. The path is run --repeats times, each from",
+        "nothing; a frame's time is the fastest of them, and the table has the median, least and",
+        "most over the frames. 'naive' is the baseline: one ray at a time, an instance a node,",
+        "alpha test in mip 0. Ratios are to ray-mip0.",
+        "Methods are names in 'gnomon methods', names with * and ?, or all, rays, maps, leaks;",
+        "those with a map take modifiers: 'lt-vsm:mip0:no-remove', 'lt-*:size=1024'; see",
+        "docs/cli.md.",
         "Maps are held against ray-mip0, leak tracing against a ray for every pixel with the same",
         "alpha rule; that is run too. Maps and masks are kept from frame to frame; a frame's time",
         "has what it took to bring them up to date.",

@@ -267,8 +267,7 @@ static int parse(int argc, char **argv, render_options *o, const char **scene)
         "Frame N is at time N / fps. Its number replaces #### or %04d in OUT, or else stands",
         "before the extension.",
         "AOVs: visibility, depth, normal, shading_normal, albedo, motion, position; of rays lod,",
-        "lookups, rays; of leak tracing class; of maps cascade, test, map, xi4 (nlmsm). A .png "
-        "gets",
+        "lookups, rays; of leak tracing class; of maps cascade, test, map, xi4 (nlmsm). A .png has",
         "each in a file of its own beside it, as colours; an .exr has them as layers (visibility",
         "unless others are named), and map and xi4, which have the map's size, in files beside it.",
         "A sequence that goes on elsewhere takes up what --history-out left behind its last frame,",
