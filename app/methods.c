@@ -72,9 +72,8 @@ int gn_app_methods(int argc, char **argv)
     static const char *const words[] = {NULL};
     static const char *const notes[] = {
         "Each has a page in docs/methods.md. map, bits: what the light's view stores, and in how",
-        "much a texel; rays: pixels that get one, all or where the map may leak, with a mask of "
-        "the",
-        "frame before or without; alpha: what masked occluders do to a ray.",
+        "much a texel; rays: pixels that get one, all or where the map may leak, with a mask of",
+        "the frame before or without; alpha: what masked occluders do to a ray.",
         "'gnomon render' can also make one of parts: --map, --trace and --alpha.", NULL};
     const gn_usage usage = {"methods",   "the ways of finding visibility, with their papers",
                             "[options]", words,
