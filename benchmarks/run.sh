@@ -1,13 +1,20 @@
 #!/bin/sh
 # Every table of docs/benchmarks.md. Run it on an idle machine.
 #
-#   benchmarks/run.sh GNOMON [stability|speed|threads|growth|lights|filter|depth|evaluate|maps ...]
+#   benchmarks/run.sh GNOMON [stability|speed|threads|growth|lights|filter|depth|evaluate|maps|leak|
+#                             leak-sizes|leak-lights ...]
 #
 # GNOMON is the program. With GNOMON_SCENES set to a folder that holds grove.glb, court.glb and
 # leafbox.glb, those are measured beside the built-in scenes.
+#
+# leak, leak-sizes and leak-lights leave JSON in out/leak, from which benchmarks/leak.py (Python 3)
+# makes tables, those in docs/benchmarks.md among them, and docs/images/leak-*.svg. Their settings,
+# environment variables with these defaults: FRAMES=60 SIZE=1920x1080 FPS=60 RUNS=1 (the fastest of
+# so many counts) RESULTS=out/leak IMAGES=docs/images DOCUMENT=docs/benchmarks.md; "leak leak-sizes
+# leak-lights" takes a quarter of an hour on two cores.
 set -eu
 
-gnomon=${1:?usage: benchmarks/run.sh GNOMON [stability|speed|threads|growth|lights|filter|depth|evaluate|maps ...]}
+gnomon=${1:?usage: benchmarks/run.sh GNOMON [PART ...]}
 shift
 scenes=${GNOMON_SCENES:+$GNOMON_SCENES/grove.glb}
 
@@ -81,7 +88,77 @@ maps() {
     done
 }
 
-[ $# -gt 0 ] || set -- stability speed threads growth lights filter depth evaluate maps
+# Leak tracing ------------------------------------------------------------------------------------
+
+FRAMES=${FRAMES:-60} SIZE=${SIZE:-1920x1080} FPS=${FPS:-60} RUNS=${RUNS:-1}
+RESULTS=${RESULTS:-out/leak} IMAGES=${IMAGES:-docs/images} DOCUMENT=${DOCUMENT:-docs/benchmarks.md}
+
+# PART NAME SCENE FRAMES METHODS [OPTION...]: leaves PART@NAME.json.
+record() {
+    part=$1 name=$2 scene=$3 frames=$4 methods=$5
+    shift 5
+    case $scene in
+    *leafbox*) camera=CamOrbit ;;
+    *) camera=CamWalk ;;
+    esac
+    mkdir -p "$RESULTS"
+    echo "$(date +%T) $part, $name" >&2
+    "$gnomon" bench "$scene" --camera "$camera" --size "$SIZE" --fps "$FPS" --warm-up 8 \
+        --frames "$frames" --repeats "$RUNS" --methods "$methods" --quiet --json "$@" \
+        >"$RESULTS/new"
+    mv "$RESULTS/new" "$RESULTS/$part@$name.json"
+}
+
+report() {
+    python3 "$(dirname "$0")/leak.py" report "$RESULTS" --images "$IMAGES" --into "$DOCUMENT"
+}
+
+# Speed, errors and flicker over the camera's path of every scene (the leak tracing paper's Table 2 and
+# Figure 7), parts switched off (Table 3) and types of maps (Figure 8a).
+leak() {
+    for scene in grove court leafbox ${GNOMON_SCENES:+grove.glb court.glb leafbox.glb}; do
+        case $scene in
+        *.glb) path=$GNOMON_SCENES/$scene ;;
+        *) path=$scene ;;
+        esac
+        record path "$scene" "$path" "$FRAMES" \
+            ray-saturate,lt-evsm,lt-vsm,ray-mip0,lt-evsm:mip0,lt-vsm:mip0
+    done
+    record ablation grove "${scenes:-grove}" $(((FRAMES + 1) / 2)) \
+        "ray-saturate,sm:no-reuse,vsm:no-reuse,msm128:no-reuse,ltt-evsm,lt-evsm:no-reuse,\
+lt-evsm:no-remove,lt-evsm:no-expand,lt-evsm,lt-vsm,lt-esm,lt-msm,lt-evsm:filtered,lt-vsm:filtered,\
+lt-esm:filtered,lt-msm:filtered,lt-nlmsm64,lt-nlmsm32,hybrid-pcf"
+    report
+}
+
+# Larger and smaller pictures (Figure 8b) and maps (section 4.2.1).
+leak_sizes() (
+    for SIZE in 1280x720 1920x1080 2560x1440 3840x2160; do
+        record height "$SIZE" "${scenes:-grove}" $(((FRAMES + 3) / 4)) ray-saturate,lt-evsm
+    done
+    SIZE=1920x1080
+    record texels grove "${scenes:-grove}" $(((FRAMES + 1) / 2)) \
+        ray-saturate,lt-evsm:size=512,lt-evsm:size=1024,lt-evsm:size=2048,lt-evsm:size=4096
+    report
+)
+
+# 1 to 42 point lights in the leaf box, maps of 1024x1024 as the paper's code has for them.
+leak_lights() (
+    mkdir -p "$RESULTS"
+    "$gnomon" scene leafbox --quiet -o "$RESULTS/leafbox.glb"
+    SIZE=960x540
+    for count in 1 4 16 42; do
+        lit=$RESULTS/leafbox-$count.glb
+        python3 "$(dirname "$0")/leak.py" lights "$RESULTS/leafbox.glb" "$lit" "$count"
+        record lights "$count" "$lit" 4 ray-saturate,lt-evsm --light all --map-size 1024
+        rm "$lit"
+    done
+    rm "$RESULTS/leafbox.glb"
+    report
+)
+
+[ $# -gt 0 ] || set -- stability speed threads growth lights filter depth evaluate maps leak \
+    leak-sizes leak-lights
 for part; do
-    "$part"
+    "$(echo "$part" | tr - _)"
 done
