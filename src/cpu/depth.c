@@ -299,10 +299,20 @@ static gn_result fill_tiles(drawing *d)
 
 /* Tiles ---------------------------------------------------------------------------------------*/
 
+/* Is a tile empty, and was before? */
+static bool is_clear(const gn_depth_frame *frame, uint32_t tile)
+{
+    const gn_rect *stale = frame->job->stale;
+    const uint32_t x = tile % frame->tiles * GN_DEPTH_TILE, y = tile / frame->tiles * GN_DEPTH_TILE;
+    return stale && frame->first_in_tile[tile] == frame->first_in_tile[tile + 1] &&
+           (x >= stale->x1 || x + GN_DEPTH_TILE <= stale->x0 || y >= stale->y1 ||
+            y + GN_DEPTH_TILE <= stale->y0);
+}
+
 static void draw_tile(uint32_t tile, uint32_t thread, void *user)
 {
     const gn_depth_frame *frame = user;
-    if (is_in_part(frame->job, tile % frame->tiles, tile / frame->tiles))
+    if (is_in_part(frame->job, tile % frame->tiles, tile / frame->tiles) && !is_clear(frame, tile))
         frame->accel->kernels->depth_tile(frame, tile, frame->buffers[thread]);
 }
 

@@ -49,7 +49,9 @@ typedef struct gn_depth_job {
                              different texels: all of them together are the whole, bit for bit, in
                              any order */
     float *depth;
-    gn_rect covered; /* out: holds every texel of the part that is not 1 */
+    const gn_rect *stale; /* NULL: depth holds anything. Else it is 1 outside this rectangle, and
+                             tiles outside that nothing is drawn into are not written */
+    gn_rect covered;      /* out: holds every texel of the part that is not 1 */
 } gn_depth_job;
 
 extern const float gn_map_samples[4][2]; /* in the texel, [0,1]: the standard pattern of four */

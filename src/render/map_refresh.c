@@ -109,7 +109,7 @@ void gn_map_slot_begin(const gn_shadow_map *map, gn_map_slot *slot, const gn_cas
 
 static gn_result draw(const gn_shadow_map *map, const gn_scene *scene,
                       const gn_map_projection *projection, gn_casters casters, uint32_t part,
-                      uint32_t parts, float *depth, gn_rect *covered)
+                      uint32_t parts, float *depth, const gn_rect *stale, gn_rect *covered)
 {
     gn_depth_job job = {.scene = scene,
                         .projection = *projection,
@@ -118,7 +118,8 @@ static gn_result draw(const gn_shadow_map *map, const gn_scene *scene,
                         .samples = map->desc.samples,
                         .part = part,
                         .parts = parts,
-                        .depth = depth};
+                        .depth = depth,
+                        .stale = stale};
     GN_TRY(gn_cpu_depth(&map->device->cpu, &job));
     *covered = job.covered;
     return GN_OK;
@@ -160,7 +161,7 @@ static gn_result draw_part(const gn_shadow_map *map, const gn_scene *scene, gn_m
         GN_TRY(reserve(map, (void **)&slot->back_depth, depths_of(map), sizeof(float)));
         gn_rect covered;
         GN_TRY(draw(map, scene, &slot->back.projection, GN_CASTERS_STATIC, part, slices,
-                    slot->back_depth, &covered));
+                    slot->back_depth, NULL, &covered));
         update->depth_ms += gn_milliseconds() - start;
     }
     if (part + rows >= parts) {
@@ -227,9 +228,12 @@ static gn_result draw_moving(const gn_shadow_map *map, const gn_scene *scene, gn
         return GN_OK;
     gn_rect now = {0};
     if (map->origin.moving > 0 && is_cast_into(scene, &slot->layer.projection)) {
+        const bool kept = slot->dynamic != NULL;
         GN_TRY(reserve(map, (void **)&slot->dynamic, depths_of(map), sizeof(float)));
-        GN_TRY(draw(map, scene, &slot->layer.projection, GN_CASTERS_DYNAMIC, 0, 1, slot->dynamic,
-                    &now));
+        const gn_result drawn = draw(map, scene, &slot->layer.projection, GN_CASTERS_DYNAMIC, 0, 1,
+                                     slot->dynamic, kept ? &slot->shown : NULL, &now);
+        slot->shown = drawn == GN_OK ? now : (gn_rect){0, 0, UINT32_MAX, UINT32_MAX};
+        GN_TRY(drawn);
     }
     *dirty = unite(*dirty, widen(map, unite(slot->moving, now)));
     slot->layer.depth[GN_CASTERS_DYNAMIC] = is_empty(now) ? NULL : slot->dynamic;

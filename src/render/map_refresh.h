@@ -21,7 +21,8 @@ typedef struct gn_map_slot {
     gn_cascade place;        /* of lamps the projection alone */
     gn_map_layer layer;      /* with buffers that may be left from earlier */
     float *dynamic;          /* shown in the layer where moving casters touch it */
-    gn_rect moving;          /* texels that they cover as of moving_version */
+    gn_rect shown;           /* texels of it that are not 1 */
+    gn_rect moving;          /* texels that moving casters cover as of moving_version */
     uint64_t moving_version; /* scene->transform_version of what is drawn */
     bool still;              /* nothing of that is drawn yet */
 
