@@ -34,6 +34,7 @@ bench: build
 	@benchmarks/run.sh $(GNOMON)
 
 figures: build
+	@scripts/setup.sh figures
 	@scripts/figures.sh $(GNOMON)
 
 install: build

@@ -1,6 +1,8 @@
 #!/bin/sh
 # The pictures of docs/methods.md: each filterable map beside percentage-closer filtering of the same
-# depths, with the difference (orange: lighter, blue: darker); pcf9 and sm beside traced rays.
+# depths, with the difference (orange: lighter, blue: darker); pcf9 and sm beside traced rays; where
+# leak tracing's test fails, and what its mask makes of that. Needs ImageMagick, gnuplot and jq
+# (scripts/setup.sh figures).
 #
 #   scripts/figures.sh GNOMON [FOLDER]
 #
@@ -35,3 +37,89 @@ pair nlmsm64 nlmsm32 --cascades 1 --reading nearest --depth-bias 0.0005 --gain 2
 
 # xi4 under filters of several widths: its Figure 4.
 "$gnomon" histogram railing --quiet -o "$folder/xi4.svg"
+
+# Leak tracing, on the built-in scene of what a map's texels miss.
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+edges() { # OUT [OPTION...]; the AOVs lie beside OUT
+    out=$1
+    shift
+    "$gnomon" render edges --quiet --aov "$aovs" -o "$work/$out" "$@"
+}
+
+cut_out() { # WIDTHxHEIGHT+X+Y SCALE NAME OUT: a part of a picture, enlarged, with a border
+    convert "$work/$3.png" -crop "$1" +repage -filter point -resize "$2" -bordercolor gray50 \
+        -border 2 "$work/$4.png"
+}
+
+# Its Figures 4 and 5: visibility and classes of the test alone; classes with rays added, then taken
+# away; visibility.
+aovs=visibility,class
+for camera in CamEdges CamGaps; do
+    still="--camera $camera --size 960x540 --map-size 512 --warm-up 12"
+    edges $camera.test.png $still --method ltt-evsm
+    edges $camera.add.png $still --method lt-evsm --no-remove
+    edges $camera.mask.png $still --method lt-evsm
+done
+row() { # CAMERA WIDTHxHEIGHT+X+Y OUT
+    cut_out "$2" 200% "$1.test.visibility" a
+    cut_out "$2" 200% "$1.test.class" b
+    cut_out "$2" 200% "$1.add.class" c
+    cut_out "$2" 200% "$1.mask.class" d
+    cut_out "$2" 200% "$1.mask.visibility" e
+    (cd "$work" && convert a.png b.png c.png d.png e.png +append "$3.png")
+}
+row CamEdges 140x140+90+250 roller
+row CamEdges 140x140+540+145 vanes
+row CamGaps 140x140+815+225 sheet
+(cd "$work" && convert roller.png vanes.png sheet.png -append classes.png)
+cp "$work/classes.png" "$folder/leak-classes.png"
+
+# Its Figure 10: a map of 64 x 64 and a fence that the mask does not know of at first; after 20 and
+# 200 frames. Last: known from the first frame.
+aovs=visibility
+fence="--camera CamFence --size 640x360 --map-size 64 --cascades 1 --shadow-distance 15"
+fence="$fence --method lt-evsm"
+edges fence.png $fence --no-expand --no-remove --warm-up 10 --history-out "$work/history"
+edges fence.####.png $fence --frames 1:200 --history-in "$work/history"
+edges whole.png $fence --warm-up 10
+part=640x170+0+140
+cut_out $part 100% fence.visibility a
+cut_out $part 100% fence.0020.visibility b
+cut_out $part 100% fence.0200.visibility c
+cut_out $part 100% whole.visibility d
+(cd "$work" && convert \( a.png b.png +append \) \( c.png d.png +append \) -append fences.png)
+cp "$work/fences.png" "$folder/leak-fence.png"
+
+# Its Figure 9: a tree far away under a low sun, a moving camera, a map of 512 x 512: the test alone,
+# with the mask, rays.
+tree="--camera CamTree --sun 5,12 --size 960x540 --fps 60 --frames 20:20"
+edges test.#.png $tree --map-size 512 --warm-up 20 --method ltt-evsm
+edges mask.#.png $tree --map-size 512 --warm-up 20 --method lt-evsm
+edges rays.#.png $tree --method ray-saturate
+for picture in test mask rays; do
+    cut_out 230x170+340+330 200% $picture.20.visibility $picture
+done
+(cd "$work" && convert test.png mask.png rays.png +append tree.png)
+cp "$work/tree.png" "$folder/leak-tree.png"
+
+# Wrong pixels a frame of a walk.
+"$gnomon" bench edges --camera CamWalk --size 640x360 --frames 120 --repeats 1 --quiet --json \
+    --methods ltt-vsm:size=512,lt-vsm:size=512,ltt-vsm,lt-vsm >"$work/walk.json"
+jq -r '[.methods[0:4][].series.wrong] | transpose | .[] | map(100 * .) | @tsv' "$work/walk.json" \
+    >"$work/walk.tsv"
+gnuplot <<PLOT
+set terminal svg size 720,300 font "sans-serif,12"
+set output "$folder/leak-walk.svg"
+set xlabel "frame"
+set ylabel "wrong pixels, %"
+set logscale y
+set yrange [0.001:5]
+set key outside
+set grid y
+plot "$work/walk.tsv" using 0:1 with lines lw 2 dt 2 lc "#d04020" title "ltt-vsm, 512", \
+     "" using 0:2 with lines lw 2 lc "#d04020" title "lt-vsm, 512", \
+     "" using 0:3 with lines lw 2 dt 2 lc "#2060c0" title "ltt-vsm, 2048", \
+     "" using 0:4 with lines lw 2 lc "#2060c0" title "lt-vsm, 2048"
+PLOT

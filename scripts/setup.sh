@@ -4,6 +4,7 @@
 #   scripts/setup.sh build     to build, run and test it (the default)
 #   scripts/setup.sh checks    for .ci/run as well: second compiler, sanitizers, linters, GLSL
 #                              tools, a Vulkan device
+#   scripts/setup.sh figures   for the pictures of docs/methods.md
 #
 # Installs what is missing with apt-get when it may: as root, or with a sudo that does not ask for a
 # password. Otherwise it prints the line to run, and exits with 1. Does nothing when all is there.
@@ -13,12 +14,14 @@ build="cmake ninja-build pkg-config gcc g++ libembree-dev libassimp-dev libcglm-
     libspng-dev libturbojpeg0-dev libwebp-dev libcjson-dev libcmocka-dev"
 checks="clang clang-format clang-tidy llvm libclang-rt-dev libomp-dev glslang-tools spirv-tools
     libvulkan-dev mesa-vulkan-drivers"
+figures="gnuplot-nox imagemagick jq"
 
 case "${1:-build}" in
 build) packages=$build ;;
 checks) packages="$build $checks" ;;
+figures) packages="$build $figures" ;;
 *)
-    echo "usage: $0 [build|checks]" >&2
+    echo "usage: $0 [build|checks|figures]" >&2
     exit 2
     ;;
 esac
