@@ -147,4 +147,70 @@ static inline void assert_as_if_new(const gn_shadow_map *map, const yard *y, con
     free(texels);
 }
 
+/* In slices ----------------------------------------------------------------------------------- */
+
+static inline gn_map_desc sliced_desc(uint32_t refresh)
+{
+    gn_map_desc desc = small_desc();
+    desc.refresh = refresh;
+    return desc;
+}
+
+static inline gn_map_job job_of(const gn_shadow_map *map)
+{
+    gn_map_job job = {.layers = NULL};
+    gn_shadow_map_fill_job(map, &job);
+    return job;
+}
+
+/* Both hold the same layers, to the bit. */
+static inline void assert_same(const gn_shadow_map *a, const gn_shadow_map *b, const char *what)
+{
+    const gn_map_job of[2] = {job_of(a), job_of(b)};
+    const size_t depths = (size_t)of[0].desc.resolution * of[0].desc.resolution;
+    const size_t words = gn_map_chain_texels(of[0].desc.resolution, of[0].desc.mip_maps) *
+                         gn_map_words(&of[0].format);
+    if (of[0].layer_count != of[1].layer_count)
+        fail_msg("%s: %u layers and %u", what, of[0].layer_count, of[1].layer_count);
+    for (uint32_t i = 0; i < of[0].layer_count; i++) {
+        const gn_map_layer *l[2] = {&of[0].layers[i], &of[1].layers[i]};
+        const gn_map_projection *p[2] = {&l[0]->projection, &l[1]->projection};
+        if (l[0]->index != l[1]->index || memcmp(p[0]->origin, p[1]->origin, 12) != 0 ||
+            memcmp(p[0]->right, p[1]->right, 12) != 0 || p[0]->extent != p[1]->extent ||
+            p[0]->near != p[1]->near || p[0]->far != p[1]->far)
+            fail_msg("%s: layer %u is cascade %u of extent %g, and %u of %g", what, i, l[0]->index,
+                     (double)p[0]->extent, l[1]->index, (double)p[1]->extent);
+        for (int casters = 0; casters < 2; casters++) {
+            const float *d[2] = {l[0]->depth[casters], l[1]->depth[casters]};
+            if (!d[0] != !d[1] || (d[0] && memcmp(d[0], d[1], depths * sizeof(float)) != 0))
+                fail_msg("%s: depth %d of layer %u differs", what, casters, i);
+        }
+        if (memcmp(&l[0]->touched, &l[1]->touched, sizeof(gn_rect)) != 0)
+            fail_msg("%s: layer %u is touched in columns %u to %u, and %u to %u", what, i,
+                     l[0]->touched.x0, l[0]->touched.x1, l[1]->touched.x0, l[1]->touched.x1);
+        if (!l[0]->texels != !l[1]->texels ||
+            (l[0]->texels && memcmp(l[0]->texels, l[1]->texels, words * sizeof(uint32_t)) != 0))
+            fail_msg("%s: texels of layer %u differ", what, i);
+    }
+}
+
+static inline void turn_sun(yard *y, double degrees)
+{
+    float m[16];
+    const double a = degrees * acos(-1.0) / 180;
+    aim(v3(0.5 * cos(a), 1, 0.5 * sin(a)), v3(0, 0, 0), m);
+    ok(gn_scene_set_node_matrix(y->scene, y->sun_node, m));
+    ok(gn_scene_commit(y->scene));
+}
+
+/* Camera, balls and sun at a frame of a small film. */
+static inline void show(yard *y, uint32_t n)
+{
+    const double t = n / 10.0;
+    look(y, v3(0.5 * t, 1.7, 10 - 0.6 * t), v3(4 * sin(0.4 * t), 1, -3));
+    move_ball(y, 0, v3(3 * sin(1.1 * t), 1 + sin(t), 4 * cos(0.9 * t)));
+    move_ball(y, 1, v3(2 + 0.2 * t, 1, 4));
+    turn_sun(y, 30 + 0.02 * n);
+}
+
 #endif
