@@ -9,9 +9,10 @@
 #
 # leak, leak-sizes and leak-lights leave JSON in out/leak, from which benchmarks/leak.py (Python 3)
 # makes tables, those in docs/benchmarks.md among them, and docs/images/leak-*.svg. Their settings,
-# environment variables with these defaults: FRAMES=60 SIZE=1920x1080 FPS=60 RUNS=1 (the fastest of
-# so many counts) RESULTS=out/leak IMAGES=docs/images DOCUMENT=docs/benchmarks.md; "leak leak-sizes
-# leak-lights" takes a quarter of an hour on two cores.
+# environment variables with these defaults: FRAMES=60 SIZE=1920x1080 FPS=60 START=1 (seconds)
+# RUNS=1 (the fastest of so many counts) RESULTS=out/leak IMAGES=docs/images
+# DOCUMENT=docs/benchmarks.md. "leak leak-sizes leak-lights" takes a quarter of an hour on two
+# cores.
 set -eu
 
 gnomon=${1:?usage: benchmarks/run.sh GNOMON [PART ...]}
@@ -90,7 +91,7 @@ maps() {
 
 # Leak tracing ------------------------------------------------------------------------------------
 
-FRAMES=${FRAMES:-60} SIZE=${SIZE:-1920x1080} FPS=${FPS:-60} RUNS=${RUNS:-1}
+FRAMES=${FRAMES:-60} SIZE=${SIZE:-1920x1080} FPS=${FPS:-60} START=${START:-1} RUNS=${RUNS:-1}
 RESULTS=${RESULTS:-out/leak} IMAGES=${IMAGES:-docs/images} DOCUMENT=${DOCUMENT:-docs/benchmarks.md}
 
 # PART NAME SCENE FRAMES METHODS [OPTION...]: leaves PART@NAME.json.
@@ -103,18 +104,25 @@ record() {
     esac
     mkdir -p "$RESULTS"
     echo "$(date +%T) $part, $name" >&2
-    "$gnomon" bench "$scene" --camera "$camera" --size "$SIZE" --fps "$FPS" --warm-up 8 \
-        --frames "$frames" --repeats "$RUNS" --methods "$methods" --quiet --json "$@" \
+    "$gnomon" bench "$scene" --camera "$camera" --size "$SIZE" --fps "$FPS" --time "$START" \
+        --warm-up 8 --frames "$frames" --repeats "$RUNS" --methods "$methods" --quiet --json "$@" \
         >"$RESULTS/new"
     mv "$RESULTS/new" "$RESULTS/$part@$name.json"
 }
 
-report() {
-    python3 "$(dirname "$0")/leak.py" report "$RESULTS" --images "$IMAGES" --into "$DOCUMENT"
+evaluate_leaks() {
+    python3 "$(dirname "$0")/leak.py" "$@" || {
+        echo "leak.py failed, or there is no Python 3: the results are in $RESULTS" >&2
+        exit 1
+    }
 }
 
-# Speed, errors and flicker over the camera's path of every scene (the leak tracing paper's Table 2 and
-# Figure 7), parts switched off (Table 3) and types of maps (Figure 8a).
+report() {
+    evaluate_leaks report "$RESULTS" --images "$IMAGES" --into "$DOCUMENT"
+}
+
+# Speed, errors and flicker over the camera's path of every scene (the leak tracing paper's Table 2
+# and Figure 7), parts switched off (Table 3) and types of maps (Figure 8a).
 leak() {
     for scene in grove court leafbox ${GNOMON_SCENES:+grove.glb court.glb leafbox.glb}; do
         case $scene in
@@ -149,7 +157,7 @@ leak_lights() (
     SIZE=960x540
     for count in 1 4 16 42; do
         lit=$RESULTS/leafbox-$count.glb
-        python3 "$(dirname "$0")/leak.py" lights "$RESULTS/leafbox.glb" "$lit" "$count"
+        evaluate_leaks lights "$RESULTS/leafbox.glb" "$lit" "$count"
         record lights "$count" "$lit" 4 ray-saturate,lt-evsm --light all --map-size 1024
         rm "$lit"
     done
