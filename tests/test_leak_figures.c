@@ -7,11 +7,16 @@
 #define PIXELS (WIDTH * HEIGHT)
 
 /* Layers are drawn at once, so that frames before they are whole need not be waited for. */
-static stage edges(const char *camera, uint32_t resolution)
+static stage edges_of_size(const char *camera, uint32_t width, uint32_t height, uint32_t resolution)
 {
-    stage s = new_stage(built_in("edges", 1, 1), camera, WIDTH, HEIGHT, resolution);
+    stage s = new_stage(built_in("edges", 1, 1), camera, width, height, resolution);
     s.map.refresh = 1;
     return s;
+}
+
+static stage edges(const char *camera, uint32_t resolution)
+{
+    return edges_of_size(camera, WIDTH, HEIGHT, resolution);
 }
 
 /* Figures 4 and 5, a camera at rest. The test alone errs in every frame; with the mask nothing is
@@ -21,7 +26,7 @@ static void test_at_rest(void **state)
     (void)state;
     static const char *const methods[] = {"ltt-vsm", "ltt-evsm", "lt-vsm", "lt-evsm"};
     static const char *const cameras[] = {"CamEdges", "CamGaps"};
-    static const size_t least[] = {80, 50}; /* wrong pixels of the test alone */
+    static const size_t least[] = {60, 50}; /* wrong pixels of the test alone */
     for (size_t v = 0; v < 2; v++) {
         stage s = edges(cameras[v], 512);
         show(&s, 0);
@@ -72,10 +77,10 @@ static void test_repair(void **state)
                     fail_msg("%zu pixels are wrong after %zu", runs[k].wrong, before);
                 before = runs[k].wrong;
                 if (i == 8)
-                    few(runs[k].wrong, first, 0.5, "%s after 8 frames", cameras[v]);
+                    few(runs[k].wrong, first, 0.65, "%s after 8 frames", cameras[v]);
             }
             print_message("\n");
-            assert_true(first > 80);
+            assert_true(first > 60);
         }
         few(count_different(runs[0].visibility, runs[1].visibility, PIXELS, 0.5f), PIXELS, 2e-4,
             "%s: gather and full kernel", cameras[v]);
@@ -114,7 +119,7 @@ static void walk(stage *s, const char *view, double start, double least, double 
         if (masked > share * alone)
             fail_msg("%s: %s has %g wrong pixels, more than %g of the %g of %s", view, names[k + 2],
                      masked, share, alone, names[k]);
-        few(tallies[k + 2].most, PIXELS, most, "%s, %s", view, names[k + 2]);
+        few(tallies[k + 2].most, s->pixels, most, "%s, %s", view, names[k + 2]);
     }
 }
 
@@ -132,7 +137,7 @@ static void test_far_tree(void **state)
     (void)state;
     stage s = edges("CamTree", 512);
     ok(gn_scene_add_sun(s.scene, 5, 12, &s.light));
-    walk(&s, "CamTree", 0, 60, 0.15, 0.0004);
+    walk(&s, "CamTree", 0, 50, 0.15, 0.0004);
     end_stage(&s);
 }
 
@@ -140,8 +145,8 @@ static void test_far_tree(void **state)
 static void test_small_holes(void **state)
 {
     (void)state;
-    stage s = edges("CamHoles", 512);
-    walk(&s, "CamHoles", 0, 60, 0.9, 0.008);
+    stage s = edges_of_size("CamHoles", 480, 270, 512);
+    walk(&s, "CamHoles", 0, 100, 0.8, 0.0025);
     end_stage(&s);
 }
 
