@@ -58,9 +58,9 @@ cut_out() { # WIDTHxHEIGHT+X+Y SCALE NAME OUT: a part of a picture, enlarged, wi
 aovs=visibility,class
 for camera in CamEdges CamGaps; do
     still="--camera $camera --size 960x540 --map-size 512 --warm-up 12"
-    edges $camera.test.png $still --method ltt-evsm
-    edges $camera.add.png $still --method lt-evsm --no-remove
-    edges $camera.mask.png $still --method lt-evsm
+    edges $camera.test.png $still --method ltt-vsm
+    edges $camera.add.png $still --method lt-vsm --no-remove
+    edges $camera.mask.png $still --method lt-vsm
 done
 row() { # CAMERA WIDTHxHEIGHT+X+Y OUT
     cut_out "$2" 200% "$1.test.visibility" a
