@@ -90,12 +90,12 @@ typedef struct leak_oracle {
 
 /* Is a pixel of the mask asked about a place? By the full kernel those around the pixel that the
  * place lies in; by the gather those whose centre is less than a pixel from the moved place. */
-static inline bool leak_oracle_asks(const leak_oracle *o, float place, int32_t column,
+static inline bool leak_oracle_asks(const leak_oracle *o, bool full, float place, int32_t column,
                                     bool vertical)
 {
     static const float jitter[2][4] = {{-0.25f, 0.25f, -0.25f, 0.25f},
                                        {-0.25f, -0.25f, 0.25f, 0.25f}};
-    if (o->desc.kernel == GN_LEAK_FULL)
+    if (full)
         return fabs((double)column - floor((double)place)) <= 1.0;
     const float moved = place + jitter[vertical][o->frame % 4];
     const double distance = (double)moved - ((double)column + 0.5);
@@ -114,12 +114,15 @@ static inline leak_opinion leak_oracle_neighbours(const leak_oracle *o, float x,
         for (int32_t column = left - 2; column <= left + 2; column++) {
             const bool inside =
                 row >= 0 && row < (int32_t)o->height && column >= 0 && column < (int32_t)o->width;
-            if (!inside || !leak_oracle_asks(o, x, column, false) ||
-                !leak_oracle_asks(o, y, row, true))
+            if (!inside || !leak_oracle_asks(o, true, x, column, false) ||
+                !leak_oracle_asks(o, true, y, row, true))
                 continue;
+            const bool full = o->desc.kernel == GN_LEAK_FULL;
             const gn_leak_class m =
                 (gn_leak_class)o->before[(size_t)row * o->width + (size_t)column];
-            opinion.any_expands = opinion.any_expands || leak_long_expands(m, st);
+            if (leak_oracle_asks(o, full, x, column, false) &&
+                leak_oracle_asks(o, full, y, row, true))
+                opinion.any_expands = opinion.any_expands || leak_long_expands(m, st);
             opinion.all_confirm = opinion.all_confirm && leak_long_confirms(m, st);
         }
     return opinion;
@@ -169,9 +172,9 @@ static inline void leak_oracle_pixel(leak_oracle *o, uint32_t column, uint32_t r
         return;
     o->counts.unheld += !o->held[i];
     const bool ray = !o->held[i] || leak_oracle_wants_ray(o, column, row);
-    const bool rs = o->ray[i] < 0.5f;
-    /* Without a map its test is taken to be right. */
-    const bool st = o->held[i] ? o->test[i] < 0.5f : rs;
+    /* Without a map its test is taken to be right; with one a partial answer contradicts it. */
+    const bool st = o->held[i] ? o->test[i] < 0.5f : o->ray[i] < 0.5f;
+    const bool rs = !o->held[i] ? st : st ? o->ray[i] < 0.1f : o->ray[i] < 1.0f - 0.1f;
     o->rays += ray;
     o->traced[i] = ray ? 1.0f : 0.0f;
     o->visibility[i] = ray ? o->ray[i] : st ? 0.0f : 1.0f;

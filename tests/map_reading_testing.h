@@ -298,6 +298,7 @@ static inline void fill(layers *l, const gn_map_format *f, const gn_map_desc *de
         if (!gn_map_has_texels(f)) {
             l->layer[i].depth[0] = fill_depth(l);
             l->layer[i].depth[1] = moving ? fill_depth(l) : NULL;
+            l->layer[i].touched = (gn_rect){0, 0, SIZE, SIZE};
             continue;
         }
         const uint32_t count = gn_map_words(f);

@@ -298,18 +298,21 @@ static void picture_frame(picture *p)
             full ? y - 1
                  : gn_to_int(gn_bilinear_base((float)y + 0.5f + gn_leak_jitter_y(o->frame)));
         const int shadow = gn_leak_shadowed(p->test[i]);
+        /* Rays are added by the kernel, and taken away by all nine. */
         int any = 0, all = 1;
-        for (int32_t row = top; row < top + 2 + full; row++)
-            for (int32_t column = left; column < left + 2 + full; column++)
+        for (int32_t row = y - 1; row <= y + 1; row++)
+            for (int32_t column = x - 1; column <= x + 1; column++)
                 if (row >= 0 && row < HEIGHT && column >= 0 && column < WIDTH) {
                     const int32_t neighbour = o->before[row * WIDTH + column];
-                    any |= gn_leak_expands(neighbour, shadow);
+                    const int asked = row >= top && row < top + 2 + full && column >= left &&
+                                      column < left + 2 + full;
+                    any |= asked && gn_leak_expands(neighbour, shadow);
                     all &= gn_leak_confirms(neighbour, shadow);
                 }
         const int ray = gn_leak_unsure(p->test[i], o->desc.epsilon) ? !(o->desc.remove && all)
                                                                     : o->desc.expand && any;
         const int32_t class = p->facing[i] && o->before[i] != GN_LEAK_NOTHING
-                                  ? gn_leak_state(ray, shadow, gn_leak_shadowed(p->ray[i]))
+                                  ? gn_leak_state(ray, shadow, gn_leak_blocked(p->ray[i], shadow))
                                   : o->now[i];
         if (class != o->now[i])
             fail_msg("frame %u, pixel %d, %d: class %d, of the oracle %d", o->frame, x, y, class,

@@ -44,8 +44,8 @@ typedef struct gn_map_desc {
     uint32_t cascades;      /* directional lights: [1, 8], default 4 */
     float distance;         /* directional lights: metres from the camera up to which the cascades
                                reach, >= 0, default 0: to the end of what is seen of the scene */
-    float split_weight;     /* [0, 1], default 0.85: cascades split evenly (0) to logarithmically
-                               (1); evenly for orthographic cameras */
+    float split_weight;     /* [0, 1]: cascades split evenly (0) to logarithmically (1); evenly for
+                               orthographic cameras. < 0 (default): 0.85, in leak tracing 0.95 */
     uint32_t split_count;   /* 0 (default): by split_weight; else == cascades */
     float splits[8];        /* far end of each cascade as a share of distance, (0, 1], increasing,
                                the last 1 */
@@ -62,15 +62,16 @@ typedef struct gn_map_desc {
                                range, [0, 0.1]; < 0 (default): the format's own */
     float normal_bias;      /* the receiver is moved along its normal by so many texels of its
                                layer, times the sine of the angle between normal and the layer's
-                               axis, [0, 16]; < 0 (default): the format's own */
+                               axis, [0, 16]; < 0 (default): the format's own, in leak tracing 0
+                               (a map that doubts itself at a slope gets a ray) */
     float minimum_variance; /* VSM, EVSM: >= 0; < 0 (default): 1e-10 (leak tracing paper), or what
                                the format's rounding needs */
     float moment_bias;      /* MSM, NLMSM: [0, 1]; < 0 (default): 6e-5 at 64 bits, 3e-7 at 128 and
                                for NLMSM (moment paper, section 3.2) */
     uint32_t refresh;       /* updates over which a layer that is placed anew is drawn, [1, 64]; 0
-                               (default): 1, at once; in leak tracing 8. More than 1: an old layer stays
-                               in use until the new one       is whole, and what no layer holds is lit, or gets
-                               a ray (leak       tracing) */
+                               (default): 1, at once; in leak tracing 8. More than 1: an old layer
+                               stays in use until the new one is whole, and what no layer holds is
+                               lit, or gets a ray (leak tracing) */
     uint32_t seed;          /* of the noise, default 0 */
 } gn_map_desc;
 
@@ -118,6 +119,7 @@ typedef struct gn_map_layer_info {
     const float *dynamic_depth; /* of moving ones, or NULL */
 } gn_map_layer_info;
 
+/* Layers that are drawn: with gn_map_desc.refresh more than 1, none of them may be at first. */
 GN_API uint32_t gn_shadow_map_layer_count(const gn_shadow_map *map);
 /* layer < gn_shadow_map_layer_count(), else all zero. */
 GN_API gn_map_layer_info gn_shadow_map_layer(const gn_shadow_map *map, uint32_t layer);

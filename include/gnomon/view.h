@@ -74,8 +74,9 @@ GN_API const gn_shadow_map *gn_history_map(const gn_history *history, uint32_t l
 
 /* Which neighbours in the mask are asked. */
 typedef enum gn_leak_kernel {
-    GN_LEAK_GATHER = 0, /* 2x2, which in four frames cover 3x3 */
-    GN_LEAK_FULL = 1    /* 3x3 */
+    GN_LEAK_GATHER = 0, /* rays are added by 2x2, which in four frames cover 3x3, and taken away
+                           by 3x3 */
+    GN_LEAK_FULL = 1    /* 3x3 for both */
 } gn_leak_kernel;
 
 typedef enum gn_switch { GN_SWITCH_AUTO = 0, GN_SWITCH_OFF = 1, GN_SWITCH_ON = 2 } gn_switch;

@@ -29,5 +29,5 @@ void main()
     bool shadow = gn_leak_shadowed(test);
     bool ray = gn_leak_unsure(test, 0.01) ? !gn_leak_confirms(neighbour, shadow)
                                           : gn_leak_expands(neighbour, shadow);
-    states[i] = gn_leak_state(ray, shadow, gn_leak_shadowed(inputs[i].y));
+    states[i] = gn_leak_state(ray, shadow, gn_leak_blocked(inputs[i].y, shadow));
 }

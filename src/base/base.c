@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <time.h>
 
 const char *gn_result_string(gn_result result)
@@ -69,6 +70,20 @@ bool gn_report(gn_context *context, double fraction, const char *what)
 /* Each block is preceded by its size, for the user's sized free. */
 #define GN_HEADER 64u
 
+/* Pictures and maps are walked through in many planes at once: pages of 4 KiB would be looked up
+ * all the time. */
+#define GN_LARGE ((size_t)4 << 20)
+#define GN_PAGE  ((size_t)2 << 20)
+
+static void *alloc_large(size_t size)
+{
+    void *block = NULL;
+    if (posix_memalign(&block, GN_PAGE, size) != 0)
+        return NULL;
+    madvise(block, size, MADV_HUGEPAGE); /* a wish */
+    return block;
+}
+
 void *gn_alloc(gn_context *context, size_t count, size_t element_size)
 {
     size_t size;
@@ -78,7 +93,8 @@ void *gn_alloc(gn_context *context, size_t count, size_t element_size)
     size &= ~(size_t)(GN_HEADER - 1);
     unsigned char *block = context->allocator.alloc
                                ? context->allocator.alloc(size, context->allocator.user)
-                               : aligned_alloc(GN_HEADER, size);
+                           : size >= GN_LARGE ? alloc_large(size)
+                                              : aligned_alloc(GN_HEADER, size);
     if (!block)
         return NULL;
     memcpy(block, &size, sizeof size);

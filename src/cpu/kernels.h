@@ -10,6 +10,7 @@
 
 #define GN_TILE   32u /* pixels a side; a tile is one thread's piece of work */
 #define GN_PACKET 16u /* rays a packet */
+#define GN_STRIP  8u  /* rows of a strip: a thread's piece of work where maps are read */
 
 /* Shadow rays as a tracer gets them, and its answer. Directions have unit length. */
 typedef struct gn_shadow_packet {
@@ -85,8 +86,10 @@ typedef struct gn_kernels {
     void (*trace)(const gn_tracer *tracer, gn_shadow_packet *packet);
     void (*gbuffer_tile)(const gn_gbuffer_job *job, uint32_t tile);
     uint64_t (*visibility_tile)(const gn_visibility_job *job, uint32_t tile); /* rays traced */
-    void (*map_tile)(const struct gn_map_reader *reader, uint32_t tile);      /* map_read.h */
-    void (*leak_tile)(const struct gn_leak_run *run, uint32_t tile, uint32_t thread); /* leak.h */
+    void (*map_strip)(const struct gn_map_reader *reader, uint32_t strip);    /* map_read.h */
+    /* leak.h */
+    void (*leak_ask)(const struct gn_leak_run *run, uint32_t strip, uint32_t thread);
+    void (*leak_strip)(const struct gn_leak_run *run, uint32_t strip, uint32_t thread);
     gn_depth_tile depth_tile;
     gn_depth_packet depth_packet;
     gn_filter_rows filter;
@@ -95,6 +98,11 @@ typedef struct gn_kernels {
 extern const gn_kernels gn_kernels_scalar;
 extern const gn_kernels gn_kernels_avx2;
 extern const gn_kernels gn_kernels_avx512;
+
+static inline uint32_t gn_strips(uint32_t rows)
+{
+    return (rows + GN_STRIP - 1) / GN_STRIP;
+}
 
 static inline uint32_t gn_tiles_across(uint32_t pixels)
 {

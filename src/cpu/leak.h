@@ -1,4 +1,4 @@
-/* Leak tracing on the CPU device: map test, mask, compaction and rays, tile by tile. */
+/* Leak tracing on the CPU device: map test, mask, compaction and rays, strip by strip. */
 #ifndef GN_CPU_LEAK_H
 #define GN_CPU_LEAK_H
 
@@ -32,23 +32,29 @@ gn_result gn_cpu_leak(const struct gn_cpu *cpu, gn_leak_job *job, const gn_visib
 
 /* What the driver (leak.c) and the inner loops (leak.inc) share ------------------------------- */
 
-/* Pixels a side of one thread's piece of work. Rays are squeezed together in it: larger pieces have
- * fuller packets. */
-enum { GN_LEAK_TILE = 64, GN_LEAK_PIXELS = GN_LEAK_TILE * GN_LEAK_TILE };
+/* In the order of gn_leak_counts. */
+enum {
+    GN_COUNT_TESTED,
+    GN_COUNT_UNSURE,
+    GN_COUNT_EXPANDED,
+    GN_COUNT_REMOVED,
+    GN_COUNT_LOST,
+    GN_COUNT_UNHELD,
+    GN_LEAK_COUNTS
+};
 
-/* The rays that a tile asks for, and where their answers go. */
-typedef struct gn_leak_rays {
-    uint32_t count;
-    float origin[3][GN_LEAK_PIXELS], direction[3][GN_LEAK_PIXELS];
-    float distance[GN_LEAK_PIXELS], cone_width[GN_LEAK_PIXELS], cone_angle[GN_LEAK_PIXELS];
-    uint32_t pixels[GN_LEAK_PIXELS];
-    uint8_t states[GN_LEAK_PIXELS]; /* of the mask, but for the ray's answer */
-} gn_leak_rays;
+/* Columns of the blocks in which a strip's rays are traced. */
+enum { GN_LEAK_BLOCK = 8 };
 
+/* A thread's room for one strip of the picture. */
 typedef struct gn_leak_thread {
-    gn_leak_rays rays;
-    gn_leak_counts counts;
-    uint64_t traced;
+    uint32_t count;            /* pixels that get a ray */
+    uint32_t *pixels, *sorted; /* row by row as they are found; block by block as they are traced */
+    uint8_t *states;           /* of the mask, a pixel of the strip; what the ray finds is added */
+    uint32_t *starts;          /* of blocks */
+    uint8_t *flags;            /* of three rows, 2 more each */
+    uint32_t counts[GN_LEAK_COUNTS][GN_PACKET]; /* of this strip, lane by lane */
+    uint64_t sums[GN_LEAK_COUNTS], traced;
     double test_ms, trace_ms;
 } gn_leak_thread;
 
@@ -57,6 +63,9 @@ typedef struct gn_leak_run {
     const gn_map_reader *reader;
     bool masked; /* the method has a mask: what it has not seen gets a ray */
     float jitter_x, jitter_y;
+    /* What the mask of the frame before asks for (leak.inc), where there is one: of the nine around
+     * each pixel; of the four whose lower right one it is, a column and a row more. */
+    uint8_t *nine, *four;
     gn_leak_thread *threads;
 } gn_leak_run;
 

@@ -11,7 +11,7 @@ gn_map_desc gn_map_desc_default(void)
                          .resolution = 2048,
                          .samples = 1,
                          .cascades = 4,
-                         .split_weight = 0.85f,
+                         .split_weight = -1.0f,
                          .undrawn = GN_NONE,
                          .enlarge = 0.15f,
                          .filter_width = 9,
@@ -126,7 +126,8 @@ static gn_result check_splits(gn_context *context, const gn_map_desc *desc)
         return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
                        "%u cascades that are not drawn: the range is 0 to %u, the cascades",
                        desc->undrawn, desc->cascades);
-    GN_TRY(check_real(context, "a split weight", desc->split_weight, 0.0f, 1.0f));
+    if (!(desc->split_weight < 0.0f)) /* below: the default */
+        GN_TRY(check_real(context, "a split weight", desc->split_weight, 0.0f, 1.0f));
     GN_TRY(check_real(context, "an enlargement of cascades", desc->enlarge, 0.0f, 1.0f));
     if (!(desc->distance >= 0.0f && isfinite(desc->distance)))
         return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,

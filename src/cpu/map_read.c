@@ -10,11 +10,11 @@ typedef struct run {
     const gn_kernels *kernels;
 } run;
 
-static void run_tile(uint32_t tile, uint32_t thread, void *user)
+static void run_strip(uint32_t strip, uint32_t thread, void *user)
 {
     const run *r = user;
     (void)thread;
-    r->kernels->map_tile(r->reader, tile);
+    r->kernels->map_strip(r->reader, strip);
 }
 
 static gn_map_levels find_levels(uint32_t resolution, bool mip_maps)
@@ -71,8 +71,6 @@ gn_result gn_cpu_map_visibility(const struct gn_cpu *cpu, const gn_map_job *job)
     gn_map_reader reader;
     GN_TRY(gn_map_reader_make(cpu->context, job, &reader));
     run r = {&reader, cpu->kernels};
-    gn_parallel_for(cpu->context,
-                    gn_tiles_across(job->gbuffer->width) * gn_tiles_across(job->gbuffer->height),
-                    run_tile, &r);
+    gn_parallel_for(cpu->context, gn_strips(job->gbuffer->height), run_strip, &r);
     return GN_OK;
 }

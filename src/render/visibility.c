@@ -89,6 +89,13 @@ static gn_map_desc leak_settings(const gn_map_format *format, const gn_map_desc 
         settings.refresh = 8;
     if (settings.undrawn == GN_NONE)
         settings.undrawn = settings.cascades > 1 ? 1 : 0;
+    /* The finer the texels near the camera, the fewer rays and errors. */
+    if (settings.split_weight < 0.0f)
+        settings.split_weight = 0.95f;
+    /* What these do not decide is traced; what lifting decides may be wrong. Plain depths decide
+     * everything. */
+    if (settings.normal_bias < 0.0f && format->kind >= GN_MAP_VSM)
+        settings.normal_bias = 0.0f;
     /* Noise would have every neighbour change its mind from frame to frame. */
     if (settings.reading == GN_READING_AUTO && format->kind == GN_MAP_NLMSM)
         settings.reading = GN_READING_BILINEAR;
@@ -132,7 +139,11 @@ static gn_result trace_leaks(const gn_scene *scene, const gn_gbuffer *gbuffer,
     if (desc->method->mask)
         GN_TRY(gn_history_begin_mask(history, desc->light, desc->camera, gbuffer,
                                      job.desc.depth_test == GN_SWITCH_ON, &job.mask));
-    GN_TRY(gn_cpu_leak(&scene->device->cpu, &job, desc));
+    const gn_result result = gn_cpu_leak(&scene->device->cpu, &job, desc);
+    if (result != GN_OK) {
+        gn_history_cut(history); /* the mask is half written */
+        return result;
+    }
     stats->rays = job.traced_count;
     stats->leak = job.counts;
     stats->test_ms = job.test_ms;
@@ -194,18 +205,4 @@ gn_result gn_scene_visibility(const gn_scene *scene, const gn_gbuffer *gbuffer,
     const gn_result result = use_map(scene, gbuffer, desc, history, visibility, stats);
     gn_history_destroy(&history);
     return result;
-}
-
-/* Until the history has masks. */
-__attribute__((weak)) gn_result gn_history_begin_mask(gn_history *history, uint32_t light,
-                                                      uint32_t camera, const gn_gbuffer *gbuffer,
-                                                      bool keep_depth, gn_leak_mask *mask)
-{
-    (void)history;
-    (void)light;
-    (void)camera;
-    (void)gbuffer;
-    (void)keep_depth;
-    (void)mask;
-    return GN_OK;
 }

@@ -92,6 +92,7 @@ REAL(bilinear_blend, UNIT, gn_bilinear_blend(gn_bilinear_weights(a, b), a, b, c,
 MASK(leak_unsure, UNIT, gn_leak_unsure(a, b * 0.49f))
 MASK(leak_unsure_any, ANY, gn_leak_unsure(a, gn_splat(0.01f)))
 MASK(leak_shadowed, ANY, gn_leak_shadowed(a))
+MASK(leak_blocked, UNIT, gn_leak_blocked(a, b < c))
 INTEGER(leak_state, UNIT, gn_leak_state(a < 0.5f, b < 0.5f, c < 0.5f))
 MASK(leak_expands, ANY, gn_leak_expands(gn_bits(a) & 7, b < c))
 MASK(leak_confirms, ANY, gn_leak_confirms(gn_bits(a) & 7, b < c))

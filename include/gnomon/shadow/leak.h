@@ -42,6 +42,16 @@ GN_FN mask gn_leak_shadowed(real visibility)
     return visibility < 0.5f;
 }
 
+/* RS as the mask keeps it of an answer that may lie between 0 and 1: light that is partial by more
+ * than this agrees neither with a map that says shadow nor with one that says lit. Were it rounded
+ * (0.5, the paper's; the same where rays answer 0 or 1), rays that found a soft edge would be taken
+ * away for agreeing. shadow: ST of the pixel. */
+#define GN_LEAK_PARTIAL 0.1f
+GN_FN mask gn_leak_blocked(real visibility, mask shadow)
+{
+    return visibility < gn_select(shadow, K(GN_LEAK_PARTIAL), K(1.0f - GN_LEAK_PARTIAL));
+}
+
 /* The bits to keep for the next frame. hit counts only with ray. */
 GN_FN lint gn_leak_state(mask ray, mask shadow, mask hit)
 {
