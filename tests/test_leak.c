@@ -309,8 +309,9 @@ static void picture_frame(picture *p)
                     any |= asked && gn_leak_expands(neighbour, shadow);
                     all &= gn_leak_confirms(neighbour, shadow);
                 }
-        const int ray = gn_leak_unsure(p->test[i], o->desc.epsilon) ? !(o->desc.remove && all)
-                                                                    : o->desc.expand && any;
+        const int ray = gn_leak_unsure(p->test[i], o->desc.epsilon)
+                            ? !(o->desc.remove && all && gn_leak_removable(p->test[i]))
+                            : o->desc.expand && any;
         const int32_t class = p->facing[i] && o->before[i] != GN_LEAK_NOTHING
                                   ? gn_leak_state(ray, shadow, gn_leak_blocked(p->ray[i], shadow))
                                   : o->now[i];

@@ -96,6 +96,7 @@ MASK(leak_blocked, UNIT, gn_leak_blocked(a, b < c))
 INTEGER(leak_state, UNIT, gn_leak_state(a < 0.5f, b < 0.5f, c < 0.5f))
 MASK(leak_expands, ANY, gn_leak_expands(gn_bits(a) & 7, b < c))
 MASK(leak_confirms, ANY, gn_leak_confirms(gn_bits(a) & 7, b < c))
+MASK(leak_removable, UNIT, gn_leak_removable(a))
 REAL(leak_jitter_x, ANY, gn_leak_jitter_x(gn_real_word(a)))
 REAL(leak_jitter_y, ANY, gn_leak_jitter_y(gn_real_word(a)))
 

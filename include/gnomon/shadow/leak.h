@@ -7,14 +7,17 @@
  *   AMD FidelityFX Hybrid Shadows, 2021 (the same test on 2x2 percentage-closer filtering)
  *
  * One frame of a light, a pixel (section 3.1.3):
- *   1 read the map       its test is a visibility, [0,1], an upper bound
- *   2 trace              where gn_leak_unsure()
- *   3 reproject          the pixel into the mask of the frame before; trace where that fails
- *   4 expand             trace a pixel that is sure, where any neighbour gn_leak_expands()
- *   5 remove             do not trace a pixel that is unsure, where all neighbours
- * gn_leak_confirms() 6 without a ray      visibility is 0 where gn_leak_shadowed(), else 1 7 write
- * gn_leak_state() into the mask, for every pixel Neighbours are pixels of the mask around the
- * reprojected place, itself included. */
+ *
+ *   1. read the map: its test is a visibility, [0,1], an upper bound;
+ *   2. trace where gn_leak_unsure();
+ *   3. reproject the pixel into the mask of the frame before; trace where that fails;
+ *   4. expand: trace what is sure where any neighbour gn_leak_expands();
+ *   5. remove: do not trace what is unsure where all neighbours gn_leak_confirms(), and
+ *      gn_leak_removable();
+ *   6. without a ray visibility is 0 where gn_leak_shadowed(), else 1;
+ *   7. write gn_leak_state() into the mask, for every pixel, RS being gn_leak_blocked().
+ *
+ * Neighbours are pixels of the mask around the reprojected place, itself included. */
 #ifndef GNOMON_SHADOW_LEAK_H
 #define GNOMON_SHADOW_LEAK_H
 
@@ -75,6 +78,14 @@ GN_FN mask gn_leak_expands(lint neighbour, mask shadow)
 GN_FN mask gn_leak_confirms(lint neighbour, mask shadow)
 {
     return gn_not(gn_leak_expands(neighbour, shadow));
+}
+
+/* May a ray be taken away where the test says this? Halfway between lit and shadow the answer that
+ * would take its place is no better than a guess (the paper has no such limit; docs/benchmarks.md).
+ */
+GN_FN mask gn_leak_removable(real visibility)
+{
+    return gn_or(visibility<0.25f, visibility> 0.75f);
 }
 
 /* The 2x2 gather of section 3.1.1: columns gn_bilinear_base(x + gn_leak_jitter_x(frame)) and the
