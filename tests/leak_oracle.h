@@ -153,7 +153,7 @@ static inline bool leak_oracle_wants_ray(leak_oracle *o, uint32_t column, uint32
         o->counts.expanded += expanded;
         return expanded;
     }
-    const bool near_sure = o->test[i] < 0.25f || o->test[i] > 0.75f;
+    const bool near_sure = o->test[i] <= 0.25f || o->test[i] >= 0.75f;
     bool removed =
         o->desc.remove && opinion.all_confirm && near_sure && !(o->moving && o->moving[i]);
     if (o->desc.depth_test == GN_SWITCH_ON) {

@@ -334,7 +334,7 @@ static void test_agreement(void **state)
         for (int shadow = 0; shadow < 2; shadow++) {
             picture_make(&p, (gn_leak_kernel)kernel);
             for (int i = 0; i < PIXELS; i++) {
-                p.test[i] = shadow ? 0.25f : 0.75f;
+                p.test[i] = shadow ? 0.2f : 0.8f;
                 p.ray[i] = shadow ? 0.0f : 1.0f;
                 p.facing[i] = i % 7 != 0; /* what faces away does not disturb that */
             }
@@ -369,7 +369,7 @@ static void test_silhouettes(void **state)
             for (int i = 0; i < PIXELS; i++) {
                 const double side = (double)(i % WIDTH) - edge + slope * (double)(i / WIDTH);
                 const bool unsure = random_unit(&seed) < 0.3;
-                p.test[i] = side < 0.0 ? (unsure ? 0.3f : 0.0f) : (unsure ? 0.7f : 1.0f);
+                p.test[i] = side < 0.0 ? (unsure ? 0.2f : 0.0f) : (unsure ? 0.8f : 1.0f);
                 p.ray[i] = side < 0.0 ? 0.0f : 1.0f;
             }
             for (int frame = 0; frame < 8; frame++)
@@ -413,7 +413,7 @@ static void test_expansion(void **state)
         picture_frame(&p); /* all get a ray in the first frame: nothing is in shadow */
         for (int x = left; x <= right; x++)
             p.ray[row * WIDTH + x] = 0.0f;
-        p.test[row * WIDTH + left] = 0.6f; /* unsure */
+        p.test[row * WIDTH + left] = 0.8f; /* unsure */
         picture_frame(&p);                 /* but removed: rays agreed all around */
         assert_int_equal(p.oracle.rays, 0);
         p.oracle.desc.remove = false;

@@ -301,7 +301,7 @@ static void check_walk(const walk_case *c)
     const bool masked = w.desc.method->mask;
     assert_true(w.sums.unsure > 100 && w.sums.unheld > 100 && w.rays > 100);
     assert_true((w.sums.expanded > 50) == (masked && c->expand));
-    assert_true((w.sums.removed > 50) == (masked && c->remove));
+    assert_true((w.sums.removed > 10) == (masked && c->remove));
     assert_true((w.sums.lost > 100) == masked);
     assert_true((w.moving > 0) == c->balls);
     assert_true(w.uncertain < FRAMES * PIXELS / 50);

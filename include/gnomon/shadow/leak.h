@@ -85,7 +85,9 @@ GN_FN mask gn_leak_confirms(lint neighbour, mask shadow)
  */
 GN_FN mask gn_leak_removable(real visibility)
 {
-    return gn_or(visibility<0.25f, visibility> 0.75f);
+    mask dark = visibility <= 0.25f;
+    mask bright = visibility >= 0.75f;
+    return gn_or(dark, bright);
 }
 
 /* The 2x2 gather of section 3.1.1: columns gn_bilinear_base(x + gn_leak_jitter_x(frame)) and the
