@@ -245,9 +245,12 @@ def panel(x, y, width, height, title, seconds, series):
                           for i, v in enumerate(values))
         out.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="1.6">'
                    f"<title>{name}</title></polyline>")
-        mean = sum(values) / len(values)
-        out.append(text(x + width + 4, y + height - height * mean / top + 4, f"{mean:.0f}",
-                        fill=colour, font_weight=600))
+    # The means, the larger one above; not on top of each other.
+    low = y + height + 20
+    for mean, colour in sorted((sum(values) / len(values), colour)
+                               for values, colour, _ in series):
+        low = min(y + height - height * mean / top + 4, low - 13)
+        out.append(text(x + width + 4, low, f"{mean:.0f}", fill=colour, font_weight=600))
     return out
 
 
