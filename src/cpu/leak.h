@@ -46,6 +46,9 @@ enum {
 /* Columns of the blocks in which a strip's rays are traced. */
 enum { GN_LEAK_BLOCK = 8 };
 
+/* Columns that are tested row by row before the next ones are: the rows read much the same texels. */
+enum { GN_LEAK_COLUMNS = 256 };
+
 /* A thread's room for one strip of the picture. */
 typedef struct gn_leak_thread {
     uint32_t count;            /* pixels that get a ray */
