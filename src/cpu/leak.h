@@ -46,7 +46,7 @@ enum {
 /* Columns of the blocks in which a strip's rays are traced. */
 enum { GN_LEAK_BLOCK = 8 };
 
-/* Columns that are tested row by row before the next ones are: the rows read much the same texels. */
+/* Columns that are tested row by row before the next ones: the rows read much the same texels. */
 enum { GN_LEAK_COLUMNS = 256 };
 
 /* A thread's room for one strip of the picture. */
