@@ -27,7 +27,7 @@ void main()
     float row = gn_bilinear_base(inputs[i].w + gn_leak_jitter_y(frame));
     int neighbour = states[int(row) * int(columns) + int(column)];
     bool shadow = gn_leak_shadowed(test);
-    bool ray = gn_leak_unsure(test, 0.01) ? !gn_leak_confirms(neighbour, shadow)
-                                          : gn_leak_expands(neighbour, shadow);
+    bool removed = gn_leak_confirms(neighbour, shadow) && gn_leak_removable(test);
+    bool ray = gn_leak_unsure(test, 0.01) ? !removed : gn_leak_expands(neighbour, shadow);
     states[i] = gn_leak_state(ray, shadow, gn_leak_blocked(inputs[i].y, shadow));
 }
