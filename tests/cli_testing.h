@@ -110,6 +110,23 @@ static inline const char *get_string(const cJSON *json, const char *key)
     return value;
 }
 
+static inline const cJSON *member(const cJSON *json, const char *key)
+{
+    const cJSON *found = cJSON_GetObjectItem(json, key);
+    if (!found)
+        fail_msg("no '%s'", key);
+    return found;
+}
+
+/* The entry of a list with that name. */
+static inline const cJSON *named(const cJSON *list, const char *name)
+{
+    const cJSON *entry;
+    cJSON_ArrayForEach(entry, list) if (strcmp(get_string(entry, "name"), name) == 0) return entry;
+    fail_msg("no '%s'", name);
+    return NULL;
+}
+
 /* Exactly the bytes of a file. */
 static inline bool same_files(const char *a, const char *b)
 {

@@ -33,23 +33,6 @@ static const cJSON *item(const cJSON *json, const char *key, int index)
     return found;
 }
 
-static const cJSON *member(const cJSON *json, const char *key)
-{
-    const cJSON *found = cJSON_GetObjectItem(json, key);
-    if (!found)
-        fail_msg("no '%s'", key);
-    return found;
-}
-
-/* The entry of a list with that name. */
-static const cJSON *named(const cJSON *list, const char *name)
-{
-    const cJSON *entry;
-    cJSON_ArrayForEach(entry, list) if (strcmp(get_string(entry, "name"), name) == 0) return entry;
-    fail_msg("no '%s'", name);
-    return NULL;
-}
-
 static void test_wrong_usage(void **state)
 {
     (void)state;
