@@ -117,6 +117,12 @@ static void set_color(float linear[3], uint32_t color)
         linear[i] = linear_from_srgb(color >> (16 - 8 * i) & 0xff);
 }
 
+uint32_t gn_refine(const gn_maker *maker, uint32_t cells, uint32_t least)
+{
+    const uint32_t refined = (uint32_t)((double)cells * sqrt(fmin(maker->scale, 1)));
+    return refined > least ? refined : least;
+}
+
 uint32_t gn_make_material(gn_maker *maker, const char *name, gn_surface_kind kind, uint32_t texture,
                           uint32_t color)
 {

@@ -122,6 +122,9 @@ typedef enum gn_surface_kind {
     GN_SURFACE_NETTING /* MASK, double sided, repeated */
 } gn_surface_kind;
 
+/* How finely to divide what has so many cells at scale 1: fewer below it, not under least. */
+uint32_t gn_refine(const gn_maker *maker, uint32_t cells, uint32_t least);
+
 /* color: 0xRRGGBB in sRGB, multiplies the texture; texture may be GN_NONE. */
 uint32_t gn_make_material(gn_maker *maker, const char *name, gn_surface_kind kind, uint32_t texture,
                           uint32_t color);

@@ -15,12 +15,6 @@ typedef struct court {
     uint32_t ground, wall, tower, column, beam, arch, stairs, railing, podium, obelisk;
 } court;
 
-static uint32_t refine(const gn_maker *maker, uint32_t cells)
-{
-    uint32_t refined = (uint32_t)((double)cells * sqrt(fmin(maker->scale, 1)));
-    return refined > 4 ? refined : 4;
-}
-
 /* The shaft of a fluted column, u around, v up. */
 static gn_vec shaft_surface(float u, float v, const void *user)
 {
@@ -34,14 +28,15 @@ static gn_vec shaft_surface(float u, float v, const void *user)
 static uint32_t make_column(gn_maker *maker, const stones *stone)
 {
     gn_shape shape = gn_shape_begin(maker, stone->marble);
-    uint32_t sides = refine(maker, 32);
+    uint32_t sides = gn_refine(maker, 32, 4);
     gn_shape_box(&shape, (gn_vec){0, 0.09f, 0}, (gn_vec){0.5f, 0.09f, 0.5f}, 0, 1);
     const float base[7][2] = {{0.46f, 0.18f}, {0.48f, 0.23f}, {0.46f, 0.28f}, {0.39f, 0.31f},
                               {0.42f, 0.36f}, {0.41f, 0.41f}, {0.33f, 0.45f}};
     const float top[5][2] = {
         {0.27f, 4.15f}, {0.32f, 4.2f}, {0.32f, 4.24f}, {0.44f, 4.4f}, {0.44f, 4.42f}};
     gn_shape_lathe(&shape, (gn_vec){0, 0, 0}, base, 7, sides, 2, 1);
-    gn_shape_surface(&shape, refine(maker, 80), refine(maker, 6), shaft_surface, NULL, 2, 4);
+    gn_shape_surface(&shape, gn_refine(maker, 80, 4), gn_refine(maker, 6, 4), shaft_surface, NULL,
+                     2, 4);
     gn_shape_lathe(&shape, (gn_vec){0, 0, 0}, top, 5, sides, 2, 1);
     gn_shape_box(&shape, (gn_vec){0, 4.5f, 0}, (gn_vec){0.48f, 0.08f, 0.48f}, 0, 1);
     return gn_make_mesh(maker, "Column", &shape, 1);
@@ -67,7 +62,7 @@ static uint32_t make_arch(gn_maker *maker, const stones *stone)
         gn_shape_box(&shape, (gn_vec){middle, pier + 0.06f, 0},
                      (gn_vec){0.5f * (width - radius) + 0.08f, 0.06f, depth + 0.08f}, 0, 2);
     }
-    uint32_t steps = refine(maker, 32);
+    uint32_t steps = gn_refine(maker, 32, 4);
     gn_shape_surface(&shape, 2, steps, vault_surface, (const float[]){radius, pier}, 1, 3);
     /* The spandrels: strips from the arch up to the top. */
     for (int side = -1; side <= 1; side += 2) {
@@ -114,7 +109,7 @@ static uint32_t make_tower(gn_maker *maker, const stones *stone)
 {
     gn_shape shapes[2] = {gn_shape_begin(maker, stone->masonry),
                           gn_shape_begin(maker, stone->shingles)};
-    uint32_t sides = refine(maker, 40);
+    uint32_t sides = gn_refine(maker, 40, 4);
     const float body[6][2] = {{2.1f, 0},    {1.9f, 1.2f}, {1.85f, 6.2f},
                               {2.2f, 6.8f}, {2.2f, 7.6f}, {0, 7.6f}};
     const float roof[3][2] = {{2.5f, 7.4f}, {1.2f, 9}, {0, 11}};
@@ -144,7 +139,7 @@ static uint32_t make_railing(gn_maker *maker, const stones *stone)
     gn_shape_box(&shape, (gn_vec){0, 0.84f, 0}, (gn_vec){1, 0.06f, 0.13f}, 0, 1);
     for (int i = 0; i < 7; i++)
         gn_shape_lathe(&shape, (gn_vec){-0.858f + 0.286f * (float)i, 0, 0}, baluster, 8,
-                       refine(maker, 12), 1, 1);
+                       gn_refine(maker, 12, 4), 1, 1);
     return gn_make_mesh(maker, "Balustrade", &shape, 1);
 }
 
@@ -190,8 +185,8 @@ static uint32_t make_siege_tower(gn_maker *maker, const stones *stone)
                       (gn_vec){0.85f * x, 5.4f, 0.95f * z}, 0.16f, 0.16f, 1);
         const gn_vec axle[2] = {{1.1f * x, 0.42f, 0.9f * z}, {1.45f * x, 0.42f, 0.9f * z}};
         const float wheel[2] = {0.42f, 0.42f}, hub[2] = {0.08f, 0.08f};
-        gn_shape_tube(&shapes[0], axle, wheel, 2, refine(maker, 20), 1);
-        gn_shape_tube(&shapes[1], axle, hub, 2, refine(maker, 8), 1);
+        gn_shape_tube(&shapes[0], axle, wheel, 2, gn_refine(maker, 20, 4), 1);
+        gn_shape_tube(&shapes[1], axle, hub, 2, gn_refine(maker, 8, 4), 1);
         for (int k = 0; k < 3; k++) {
             gn_vec spoke = {0, 0.41f * cosf(1.05f * (float)k), 0.41f * sinf(1.05f * (float)k)};
             gn_vec middle = gn_vec_along(axle[0], 0.5f, gn_vec_sub(axle[1], axle[0]));

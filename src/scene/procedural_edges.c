@@ -18,12 +18,6 @@ typedef struct edges {
     uint32_t ground, roller, vane, rack, slats, ashtray, table, sheet, fence, tree;
 } edges;
 
-static uint32_t refine(const gn_maker *maker, uint32_t cells)
-{
-    uint32_t refined = (uint32_t)((double)cells * sqrt(fmin(maker->scale, 1)));
-    return refined > 4 ? refined : 4;
-}
-
 /* Level, at a right angle to the sun. */
 static gn_vec beside_sun(void)
 {
@@ -49,7 +43,7 @@ static uint32_t make_roller(gn_maker *maker, uint32_t material)
                                   {0.22f, 0.33f},  {0.22f, 1.06f}, {0.25f, 1.06f}, {0.25f, 1.1f},
                                   {0, 1.1f}};
     gn_shape shape = gn_shape_begin(maker, material);
-    gn_shape_lathe(&shape, (gn_vec){0, 0, 0}, profile, 17, refine(maker, 48), 4, 1);
+    gn_shape_lathe(&shape, (gn_vec){0, 0, 0}, profile, 17, gn_refine(maker, 48, 4), 4, 1);
     /* From the Y axis to the Z axis. */
     for (uint32_t i = 0; i < shape.vertex_count; i++) {
         gn_vertex *vertex = &shape.vertices[i];
@@ -82,7 +76,7 @@ static uint32_t make_rack(gn_maker *maker, uint32_t material)
     for (int i = 0; i < 2; i++) {
         float height = i == 0 ? 1.5f : 1.65f;
         const gn_vec ends[2] = {{-1.1f, height, 0}, {1.1f, height, 0}};
-        gn_shape_tube(&shape, ends, radii, 2, refine(maker, 10), 1);
+        gn_shape_tube(&shape, ends, radii, 2, gn_refine(maker, 10, 4), 1);
     }
     return gn_make_mesh(maker, "Rack", &shape, 1);
 }
@@ -109,7 +103,7 @@ static uint32_t make_ashtray(gn_maker *maker, uint32_t material)
     gn_shape shape = gn_shape_begin(maker, material);
     const float profile[6][2] = {{0.14f, 0},      {0.2f, 0.1f},   {0.196f, 0.1f},
                                  {0.137f, 0.01f}, {0.05f, 0.01f}, {0, 0.01f}};
-    gn_shape_lathe(&shape, (gn_vec){0, 0, 0}, profile, 6, refine(maker, 48), 1, 1);
+    gn_shape_lathe(&shape, (gn_vec){0, 0, 0}, profile, 6, gn_refine(maker, 48, 4), 1, 1);
     enum { TEETH = 24 };
     for (int i = 0; i < TEETH; i++) {
         float turn = 2 * GN_PI * (float)i / TEETH;
@@ -133,7 +127,7 @@ static uint32_t make_table(gn_maker *maker, uint32_t material)
 static uint32_t make_sheet(gn_maker *maker, uint32_t sheet, uint32_t frame)
 {
     gn_shape shapes[2] = {gn_shape_begin(maker, sheet), gn_shape_begin(maker, frame)};
-    const int holes = (int)refine(maker, 30);
+    const int holes = (int)gn_refine(maker, 30, 4);
     const float side = 1.2f, cell = side / (float)holes, hole = 0.012f;
     const float uv[4] = {0, 0, 1, 1};
     for (int row = 0; row <= holes; row++) {
@@ -182,7 +176,7 @@ static uint32_t make_fence(gn_maker *maker, uint32_t wood, uint32_t iron)
     const float radii[2] = {0.005f, 0.005f};
     for (int i = 0; i < 3; i++) {
         const gn_vec ends[2] = {{-BAY / 2, wires[i], 0}, {BAY / 2, wires[i], 0}};
-        gn_shape_tube(&shapes[1], ends, radii, 2, refine(maker, 8), 1);
+        gn_shape_tube(&shapes[1], ends, radii, 2, gn_refine(maker, 8, 4), 1);
     }
     gn_shape_box(&shapes[1], (gn_vec){1, 1.33f, 0.008f}, (gn_vec){0.12f, 0.07f, 0.002f}, 0, 1);
     return gn_make_mesh(maker, "Fence", shapes, 2);

@@ -15,12 +15,6 @@ typedef struct parts {
     uint32_t bay, banner, ground;
 } parts;
 
-static uint32_t refine(const gn_maker *maker, uint32_t cells)
-{
-    uint32_t refined = (uint32_t)((double)cells * sqrt(fmin(maker->scale, 1)));
-    return refined > 3 ? refined : 3;
-}
-
 /* A cloth drawn from the middle of the railing down to the ground in front; u across, v up. */
 static gn_vec banner_surface(float u, float v, const void *user)
 {
@@ -52,7 +46,7 @@ static uint32_t make_bay(gn_maker *maker, uint32_t masonry, uint32_t iron)
     for (unsigned i = 0; i < 2; i++) {
         const gn_vec ends[2] = {{x, rails[i], 0}, {-x, rails[i], 0}};
         const float radius[2] = {0.024f, 0.024f};
-        gn_shape_tube(&shapes[1], ends, radius, 2, refine(maker, 10), 1);
+        gn_shape_tube(&shapes[1], ends, radius, 2, gn_refine(maker, 10, 3), 1);
     }
     for (int i = 0; i < 28; i++) {
         /* Bars with a knob, every other one higher. */
@@ -60,7 +54,7 @@ static uint32_t make_bay(gn_maker *maker, uint32_t masonry, uint32_t iron)
         const float profile[6][2] = {{0.011f, 0.13f},         {0.011f, knob - 0.05f},
                                      {0.028f, knob - 0.015f}, {0.028f, knob + 0.015f},
                                      {0.011f, knob + 0.05f},  {0.011f, 1.07f}};
-        gn_shape_lathe(&shapes[1], (gn_vec){at, 0, 0}, profile, 6, refine(maker, 8), 1, 1);
+        gn_shape_lathe(&shapes[1], (gn_vec){at, 0, 0}, profile, 6, gn_refine(maker, 8, 3), 1, 1);
     }
     return gn_make_mesh(maker, "Railing", shapes, 2);
 }
@@ -68,7 +62,7 @@ static uint32_t make_bay(gn_maker *maker, uint32_t masonry, uint32_t iron)
 static uint32_t make_banner(gn_maker *maker, uint32_t cloth, uint32_t wood)
 {
     gn_shape shapes[2] = {gn_shape_begin(maker, cloth), gn_shape_begin(maker, wood)};
-    uint32_t cells = refine(maker, 28);
+    uint32_t cells = gn_refine(maker, 28, 3);
     gn_shape_surface(&shapes[0], cells, cells, banner_surface, NULL, 1, 1);
     gn_shape_beam(&shapes[1], (gn_vec){-1.46f, 0.63f, -0.05f}, (gn_vec){1.46f, 0.63f, -0.05f},
                   0.035f, 0.035f, 1);
@@ -101,9 +95,9 @@ static void make_terrace(gn_maker *maker, uint32_t bay, uint32_t wood, uint32_t 
     const float radius = 1.5f, thin[2] = {0.022f, 0.018f};
     const gn_vec pole[2] = {{0, -2.4f, 0}, {0, 0.62f, 0}};
     gn_shape shapes[2] = {gn_shape_begin(maker, canvas), gn_shape_begin(maker, wood)};
-    gn_shape_surface(&shapes[0], 2 * refine(maker, 24), refine(maker, 10), umbrella_surface,
-                     &radius, 1, 1);
-    gn_shape_tube(&shapes[1], pole, thin, 2, refine(maker, 10), 1);
+    gn_shape_surface(&shapes[0], 2 * gn_refine(maker, 24, 3), gn_refine(maker, 10, 3),
+                     umbrella_surface, &radius, 1, 1);
+    gn_shape_tube(&shapes[1], pole, thin, 2, gn_refine(maker, 10, 3), 1);
     gn_shape_box(&shapes[1], (gn_vec){0, -2.36f, 0}, (gn_vec){0.25f, 0.04f, 0.25f}, 0, 1);
     mesh = gn_make_mesh(maker, "Umbrella", shapes, 2);
     gn_make_node(maker, "Umbrella", GN_NONE, mesh, (gn_place){{at.x, 2.4f, at.z}, 0, 1});
