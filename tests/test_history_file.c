@@ -155,11 +155,11 @@ static void pose(yard *y, uint32_t n)
     ok(gn_scene_commit(y->scene));
 }
 
-static gn_view *new_view(void)
+static gn_view *new_view(uint32_t width, uint32_t height)
 {
     gn_view_desc desc = gn_view_desc_default();
-    desc.width = ACROSS;
-    desc.height = DOWN;
+    desc.width = width;
+    desc.height = height;
     gn_view *view = NULL;
     ok(gn_view_create(device, &desc, &view));
     return view;
@@ -192,7 +192,7 @@ static void check_sequence(const char *method, const gn_map_desc *map)
     desc.map = *map;
     gn_device *const first = device;
     yard y = make_yard(true);
-    gn_view *view = new_view();
+    gn_view *view = new_view(ACROSS, DOWN);
     char paths[FRAMES][80];
     for (uint32_t n = 0; n < FRAMES; n++) {
         render_frame(view, &y, &desc, n, planes + n * size);
@@ -209,7 +209,7 @@ static void check_sequence(const char *method, const gn_map_desc *map)
     for (uint32_t from = 0; from < FRAMES - 1; from++) {
         y = make_yard(true);
         pose(&y, 0);
-        view = new_view();
+        view = new_view(ACROSS, DOWN);
         ok(gn_view_load_history(view, y.scene, paths[from]));
         for (uint32_t n = from + 1; n < FRAMES && n < from + 4; n++) {
             render_frame(view, &y, &desc, n, again);
@@ -273,16 +273,6 @@ static void refuse(const gn_scene *scene, const char *path, gn_result expected, 
     assert_int_equal(gn_device_bytes(device), held);
 }
 
-static gn_view *small_view(uint32_t width, uint32_t height)
-{
-    gn_view_desc desc = gn_view_desc_default();
-    desc.width = width;
-    desc.height = height;
-    gn_view *view = NULL;
-    ok(gn_view_create(device, &desc, &view));
-    return view;
-}
-
 static void test_refusals(void **state)
 {
     (void)state;
@@ -325,7 +315,7 @@ static void test_refusals(void **state)
     gn_scene_destroy(&other);
 
     /* Views. */
-    gn_view *view = small_view(5, 4), *wide = small_view(6, 4);
+    gn_view *view = new_view(5, 4), *wide = new_view(6, 4);
     assert_refused(gn_view_load_history(view, scene, one), GN_ERROR_FORMAT, "frame before");
     assert_refused(gn_view_save_history(view, two), GN_ERROR_STATE, "no frame");
     gn_visibility_desc desc = gn_visibility_desc_default();
@@ -411,7 +401,7 @@ static void test_cut_short(void **state)
 {
     (void)state;
     gn_scene *scene = many_lights(2);
-    gn_view *view = small_view(5, 4);
+    gn_view *view = new_view(5, 4);
     content c = small_file(view, scene);
     print_message("%zu bytes\n", c.size);
     const size_t held = gn_device_bytes(device);
@@ -456,7 +446,7 @@ static void test_damage(void **state)
     (void)state;
     gn_device *const plenty = modest_device();
     gn_scene *scene = many_lights(2);
-    gn_view *view = small_view(5, 4);
+    gn_view *view = new_view(5, 4);
     content c = small_file(view, scene);
     const gn_visibility_desc desc = small_leak();
     uint64_t random = 3;
@@ -507,12 +497,12 @@ static void test_lack_of_memory(void **state)
     const uint32_t lights[] = {0, 1, 2, 3};
     uint32_t failures = 0;
     gn_result result = GN_ERROR_OUT_OF_MEMORY;
-    gn_view *first = small_view(5, 4);
+    gn_view *first = new_view(5, 4);
     ok(gn_view_render(first, scene, 0, &desc, lights, 4)); /* what the scene keeps, it has now */
     gn_view_destroy(&first);
     for (int allowed = 0; result != GN_OK && allowed < 1000; allowed++) {
         const size_t held = gn_device_bytes(device);
-        gn_view *view = small_view(5, 4), *next = small_view(5, 4);
+        gn_view *view = new_view(5, 4), *next = new_view(5, 4);
         ok(gn_view_render(view, scene, 0, &desc, lights, 1));
         allocations_left = allowed;
         result = gn_view_render(view, scene, 0, &desc, lights, 4);
