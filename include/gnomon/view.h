@@ -71,6 +71,14 @@ GN_API gn_result gn_history_load(const gn_scene *scene, const char *path, gn_his
 GN_API size_t gn_history_mask_bytes(const gn_history *history);
 /* The map of a light as of the last frame, or NULL. Owned by the history. */
 GN_API const gn_shadow_map *gn_history_map(const gn_history *history, uint32_t light);
+/* A picture of a light buffer, size * size floats, rows from top to bottom: how many triangles the
+ * lists of each cell hold, of the finest tile there; -1 where there is none. face: 0 for a sun; of
+ * a point or spot light 0 to 5 (gn_light_face()). Shows *extent metres (a sun; chosen to hold all
+ * tiles) or the whole face (extent 2). GN_ERROR_INVALID_ARGUMENT where the light has no light
+ * buffer in this history. */
+GN_API gn_result gn_history_draw_light_buffer(const gn_history *history, uint32_t light,
+                                              uint32_t face, uint32_t size, float *lengths,
+                                              float *extent);
 
 /* Which neighbours in the mask are asked. */
 typedef enum gn_leak_kernel {
@@ -105,24 +113,49 @@ typedef enum gn_leak_class {
     GN_LEAK_WHITE = 7    /* test in shadow, ray in shadow */
 } gn_leak_class;
 
+/* What answers shadow rays. All give the same visibility up to rounding. */
+typedef enum gn_tracer_kind {
+    GN_TRACER_AUTO = 0,        /* the light buffer where it is expected to be faster */
+    GN_TRACER_BVH = 1,         /* the scene's tree (Embree) */
+    GN_TRACER_LIGHT_BUFFER = 2 /* a grid of triangle lists over the light's view (Haines and
+                                  Greenberg 1986; gnomon/shadow/light_buffer.h) */
+} gn_tracer_kind;
+
+/* A light buffer after a call. It is made of tiles, which are built where receivers lie and kept
+ * while the light stands; rays of tiles that are not there are traced by the tree. */
+typedef struct gn_light_buffer_info {
+    uint32_t tiles;     /* that are there */
+    uint32_t built;     /* of them in this call, static casters */
+    uint32_t refused;   /* that were asked for and are not: beyond the limit of memory, or their
+                           lists are too long to be worth it */
+    uint64_t triangles; /* put into tiles in this call, static and moving, once a tile */
+    uint64_t entries;   /* of all lists of all tiles */
+    size_t bytes;       /* of all tiles and tables */
+    uint64_t tree_rays; /* of this call's rays, those that the tree traced */
+    double build_ms;    /* of this call */
+} gn_light_buffer_info;
+
 /* How visibility is found. */
 typedef struct gn_visibility_desc {
     uint32_t cookie;
-    const gn_method *method; /* default gn_method_find("ray") */
-    uint32_t light;          /* index, default 0 */
-    bool rescale_alpha;      /* default true: mips keep the share of passing texels (R11); false:
-                                plain averages, for comparison */
-    float cutoff;            /* visibility under which a ray ends, [0, 0.5], default 0.01; what
-                                remains is rescaled to [0,1] */
-    float point_light_clip;  /* metres, >= 0, default 0: hits nearer to a point or spot light are
-                                ignored (a lamp modelled around its light) */
+    const gn_method *method;   /* default gn_method_find("ray") */
+    uint32_t light;            /* index, default 0 */
+    bool rescale_alpha;        /* default true: mips keep the share of passing texels (R11); false:
+                                  plain averages, for comparison */
+    float cutoff;              /* visibility under which a ray ends, [0, 0.5], default 0.01; what
+                                  remains is rescaled to [0,1] */
+    float point_light_clip;    /* metres, >= 0, default 0: hits nearer to a point or spot light are
+                                  ignored (a lamp modelled around its light) */
+    gn_tracer_kind tracer;     /* default AUTO; what was taken: gn_visibility_stats.tracer */
+    size_t light_buffer_limit; /* bytes that the light buffers of a history may take, default
+                                  512 MB; more is traced by the tree */
     /* Methods with a map. */
     gn_map_desc map;     /* default gn_map_desc_default() */
-    gn_history *history; /* keeps maps and masks between frames; NULL (default): made for this call
-                            alone. One scene and one camera at a time; a change of method, map
-                            settings or scene starts it anew. gn_scene_visibility() sees no frame
-                            but those that it is asked for: cut the history where a G-buffer went
-                            by without it */
+    gn_history *history; /* keeps maps, masks and light buffers between frames; NULL (default): made
+                            for this call alone. One scene and one camera at a time; a change of
+                            method, map settings or scene starts it anew. gn_scene_visibility() sees
+                            no frame but those that it is asked for: cut the history where a
+                            G-buffer went by without it */
     gn_leak_desc leak;   /* of methods with GN_TRACE_LEAK; their mask needs a history */
     uint32_t camera;     /* whose picture the G-buffer is, default 0; gn_view_render() sets it */
     uint32_t frame;      /* number of the frame, default 0: turns the noise */
@@ -146,10 +179,14 @@ typedef struct gn_visibility_stats {
     float *test;       /* methods with a map: its test, [0,1]; 1 where it was not asked */
     float *traced;     /* 1 where a ray was traced, else 0 */
     float *leak_class; /* leak tracing: gn_leak_class; NOTHING with other methods */
+    float *entries;    /* light buffer: triangles in the lists of the ray's cell; 0 where the tree
+                          traced, or no ray was */
     uint64_t rays;     /* out: rays traced */
-    gn_leak_counts leak;      /* out */
-    gn_map_update map;        /* out: what was done to the map */
-    double test_ms, trace_ms; /* out: reading the map; tracing rays */
+    gn_tracer_kind tracer;             /* out: BVH or LIGHT_BUFFER */
+    gn_light_buffer_info light_buffer; /* out: zero with BVH */
+    gn_leak_counts leak;               /* out */
+    gn_map_update map;                 /* out: what was done to the map */
+    double test_ms, trace_ms;          /* out: reading the map; tracing rays */
 } gn_visibility_stats;
 
 /* Thread-safety: one thread at a time for each view; views of one committed scene may render at

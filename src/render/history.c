@@ -89,6 +89,14 @@ const gn_shadow_map *gn_history_map(const gn_history *history, uint32_t light)
     return e ? e->map : NULL;
 }
 
+gn_result gn_history_draw_light_buffer(const gn_history *history, uint32_t light, uint32_t face,
+                                       uint32_t size, float *lengths, float *extent)
+{
+    (void)face, (void)size, (void)lengths, (void)extent;
+    return gn_fail(gn_device_context(history->device), GN_ERROR_INVALID_ARGUMENT,
+                   "light %u has no light buffer", light);
+}
+
 /* Field by field: padding may differ. */
 static bool same_format(const gn_map_format *a, const gn_map_format *b)
 {

@@ -34,7 +34,8 @@ gn_visibility_desc gn_visibility_desc_default(void)
                                 .rescale_alpha = true,
                                 .map = gn_map_desc_default(),
                                 .leak = {.epsilon = 0.01f, .expand = true, .remove = true},
-                                .cutoff = 0.01f};
+                                .cutoff = 0.01f,
+                                .light_buffer_limit = (size_t)512 << 20};
 }
 
 /* Floats a pixel: position, normal, shading normal, motion, origin error, cone width, depth. */

@@ -29,6 +29,9 @@ static gn_result check(const gn_scene *scene, const gn_visibility_desc *desc)
         return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
                        "a leak test epsilon of %g: the range is 0 to 0.49",
                        (double)desc->leak.epsilon);
+    if ((uint32_t)desc->tracer > GN_TRACER_LIGHT_BUFFER)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "tracer %u does not exist",
+                       (unsigned)desc->tracer);
     return GN_OK;
 }
 
@@ -180,8 +183,11 @@ gn_result gn_scene_visibility(const gn_scene *scene, const gn_gbuffer *gbuffer,
     stats->rays = 0;
     stats->map = (gn_map_update){0};
     stats->leak = (gn_leak_counts){0};
+    stats->tracer = GN_TRACER_BVH;
+    stats->light_buffer = (gn_light_buffer_info){0};
     stats->test_ms = stats->trace_ms = 0.0;
     clear(stats->traced, 0.0f, gbuffer);
+    clear(stats->entries, 0.0f, gbuffer);
     clear(stats->leak_class, (float)GN_LEAK_NOTHING, gbuffer);
     const bool has_map = desc->method->map.kind != GN_MAP_NONE;
     if (desc->method->trace == GN_TRACE_ALL) {

@@ -1,0 +1,138 @@
+/* The light buffer: shadow rays without a tree.
+ *
+ * All rays to one light are points in its view: a sun's are parallel, a lamp's meet in it. A grid
+ * over that view keeps for each cell the triangles that overlap it, and a ray asks only those of
+ * the cell that its receiver lies in.
+ *
+ * This work is based on:
+ *   Eric Haines, Donald Greenberg. The Light Buffer: A Shadow-Testing Accelerator. IEEE CG&A 6(9),
+ *   1986
+ *
+ * One ray, one triangle:
+ *   1 place     of the receiver in the light's view, relative to the centre of its cell; its depth
+ *               grows away from the light
+ *   2 corners   of the triangle, in the frame of the cell: gn_light_corner_parallel() or
+ *               gn_light_corner_central() make them relative to the ray
+ *   3 weights   gn_light_weigh(): the three edge functions, which are the barycentric coordinates
+ *               times gn_light_area()
+ *   4 covers    is the ray inside?  gn_light_covers()
+ *   5 nearer    does the triangle lie between light and receiver?  gn_light_nearer()
+ *
+ * The edge functions of an edge's two triangles are each other's negative to the bit, and a ray
+ * that meets an edge exactly belongs to one of its sides by the edge's direction. So a ray that
+ * crosses a closed surface crosses a triangle of it: no light comes through between two, and no
+ * occluder counts twice. Triangles block from both sides.
+ *
+ * Frames. Parallel light: x and y in metres across its direction, relative to the cell's centre;
+ * depth in metres along it. Central light (point and spot): (X - cx W, Y - cy W, W), where (X, Y,
+ * W) is relative to the light, W along the axis of a face, and (cx, cy) the cell's centre in the
+ * plane W = 1; depth is W. Corners behind the light (W < 0) need no clipping. */
+#ifndef GNOMON_SHADOW_LIGHT_BUFFER_H
+#define GNOMON_SHADOW_LIGHT_BUFFER_H
+
+#include "dialect.h"
+
+/* A corner, or another point, relative to a ray: the ray is x = y = 0. */
+GN_STRUCT(gn_light_corner)
+{
+    real x;
+    real y;
+    real depth; /* from the receiver on; negative towards the light */
+};
+
+/* Parallel light. x, y, depth: in the cell's frame; ray_x, ray_y, ray_depth: of the receiver. */
+GN_FN gn_light_corner gn_light_corner_parallel(real x, real y, real depth, real ray_x, real ray_y,
+                                               real ray_depth)
+{
+    return GN_MAKE3(gn_light_corner, x - ray_x, y - ray_y, depth - ray_depth);
+}
+
+/* Central light. ray_x, ray_y: of the receiver in the plane W = 1, relative to the cell's centre;
+ * ray_depth: its W, > 0. */
+GN_FN gn_light_corner gn_light_corner_central(real x, real y, real depth, real ray_x, real ray_y,
+                                              real ray_depth)
+{
+    return GN_MAKE3(gn_light_corner, x - ray_x * depth, y - ray_y * depth, depth - ray_depth);
+}
+
+/* The edge functions opposite to corners a, b, c: of the same sign where the ray is inside. */
+GN_STRUCT(gn_light_weights)
+{
+    real a;
+    real b;
+    real c;
+};
+
+GN_FN gn_light_weights gn_light_weigh(gn_light_corner a, gn_light_corner b, gn_light_corner c)
+{
+    return GN_MAKE3(gn_light_weights, b.x * c.y - b.y * c.x, c.x * a.y - c.y * a.x,
+                    a.x * b.y - a.y * b.x);
+}
+
+/* Parallel light: twice the triangle's area in the light's view, N.d for the cross product N of two
+ * of its edges and the light's direction d. Central light: N.D for D = (X, Y, 1), so that
+ * N.d = area / |D|. Either sign. */
+GN_FN real gn_light_area(gn_light_weights w)
+{
+    return w.a + w.b + w.c;
+}
+
+/* The side of the edge from a to b that the ray lies on; weight: the edge function. Exactly one of
+ * an edge's two directions says true, unless its ends fall together. */
+GN_FN mask gn_light_side(real weight, gn_light_corner a, gn_light_corner b)
+{
+    return gn_or(weight > 0.0f,
+                 gn_and(weight == 0.0f, gn_or(a.y < b.y, gn_and(a.y == b.y, a.x < b.x))));
+}
+
+/* Does the ray's line meet the triangle on the receiver's side of the light? Whatever way the
+ * triangle faces. Never for triangles without area. */
+GN_FN mask gn_light_covers(gn_light_corner a, gn_light_corner b, gn_light_corner c,
+                           gn_light_weights w)
+{
+    mask side_a = gn_light_side(w.a, b, c);
+    mask side_b = gn_light_side(w.b, c, a);
+    mask side_c = gn_light_side(w.c, a, b);
+    mask same = gn_not(gn_or(side_a != side_b, side_b != side_c));
+    return gn_and(same, gn_light_area(w) != 0.0f);
+}
+
+/* Depth of the triangle on the ray, from the receiver on, times gn_light_area(). */
+GN_FN real gn_light_scaled_depth(gn_light_corner a, gn_light_corner b, gn_light_corner c,
+                                 gn_light_weights w)
+{
+    return w.a * a.depth + w.b * b.depth + w.c * c.depth;
+}
+
+/* Is the depth of a triangle on the ray, which gn_light_covers(), less than that of the receiver
+ * plus `offset`? The receiver itself does not count as nearer. */
+GN_FN mask gn_light_nearer(real scaled_depth, real area, real offset)
+{
+    real difference = scaled_depth - offset * area;
+    return gn_and(difference != 0.0f, (difference < 0.0f) != (area < 0.0f));
+}
+
+/* Central light: the face of a cube around it in whose pyramid a point lies, relative to the light:
+ * 0 to 5 for +x, -x, +y, -y, +z, -z. Of equal coordinates the first counts. */
+GN_FN lint gn_light_face(real x, real y, real z)
+{
+    real ax = gn_abs(x), ay = gn_abs(y), az = gn_abs(z);
+    mask is_x = gn_and(ax >= ay, ax >= az);
+    mask is_y = ay >= az;
+    real along = gn_select(is_x, x, gn_select(is_y, y, z));
+    lint axis =
+        gn_select_int(is_x, gn_splat_int(0), gn_select_int(is_y, gn_splat_int(2), gn_splat_int(4)));
+    return axis + gn_select_int(along < 0.0f, gn_splat_int(1), gn_splat_int(0));
+}
+
+/* The whole number log2 of the side of a receiver's tile: 2^GN_LIGHT_TILE_BITS to twice as many of
+ * its ray cone's footprints. Central light: width over distance. */
+#define GN_LIGHT_TILE_BITS 8
+GN_FN lint gn_light_level(real width)
+{
+    return (gn_bits(width) >> 23) - 127 + GN_LIGHT_TILE_BITS;
+}
+
+#include "dialect_end.h"
+
+#endif
