@@ -16,6 +16,7 @@ const char *const gn_app_reading_names[] = {"auto", "nearest", "white", "blue", 
 
 const char *const gn_app_kernel_names[] = {"gather", "full", NULL};
 const char *const gn_app_switch_names[] = {"auto", "off", "on", NULL};
+const char *const gn_app_tracer_names[] = {"auto", "bvh", "light-buffer", NULL};
 
 gn_app_leak_options gn_app_leak_options_default(void)
 {
@@ -43,7 +44,8 @@ gn_app_options gn_app_options_default(void)
                                     .normal_bias = NAN,
                                     .minimum_variance = NAN,
                                     .moment_bias = NAN},
-                            .leak = gn_app_leak_options_default()};
+                            .leak = gn_app_leak_options_default(),
+                            .tracer = {.kind = GN_NONE, .light_buffer_limit = NAN}};
 }
 
 /* Interrupts -------------------------------------------------------------------------------- */

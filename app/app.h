@@ -14,6 +14,7 @@ enum { GN_EXIT_OK = 0, GN_EXIT_FAILURE = 1, GN_EXIT_USAGE = 2, GN_EXIT_INTERRUPT
 
 int gn_app_render(int argc, char **argv);
 int gn_app_compare(int argc, char **argv);
+int gn_app_compare_images(int argc, char **argv); /* compare --images */
 int gn_app_bench(int argc, char **argv);
 int gn_app_demo(int argc, char **argv);
 int gn_app_methods(int argc, char **argv);
@@ -40,6 +41,12 @@ typedef struct gn_app_leak_options {
 
 gn_app_leak_options gn_app_leak_options_default(void);
 
+/* What answers shadow rays. */
+typedef struct gn_app_tracer_options {
+    uint32_t kind;             /* gn_tracer_kind; GN_NONE: not given */
+    double light_buffer_limit; /* megabytes; NAN: not given */
+} gn_app_tracer_options;
+
 /* Values of the options that several commands have. */
 typedef struct gn_app_options {
     uint32_t threads; /* 0: one for each core */
@@ -54,6 +61,7 @@ typedef struct gn_app_options {
     bool no_alpha_rescale;
     gn_app_map_options map;
     gn_app_leak_options leak;
+    gn_app_tracer_options tracer;
 } gn_app_options;
 
 gn_app_options gn_app_options_default(void);
@@ -62,9 +70,10 @@ gn_app_options gn_app_options_default(void);
 extern const char *const gn_app_isa_names[];
 extern const char *const gn_app_map_alpha_names[];
 extern const char *const gn_app_reading_names[];
-/* In the order of gn_leak_kernel and gn_switch. */
+/* In the order of gn_leak_kernel, gn_switch and gn_tracer_kind. */
 extern const char *const gn_app_kernel_names[];
 extern const char *const gn_app_switch_names[];
+extern const char *const gn_app_tracer_names[];
 
 /* Lines for a command's option table; o is its gn_app_options. */
 #define GN_APP_DEVICE_OPTIONS(o)                                                                   \
@@ -153,6 +162,13 @@ extern const char *const gn_app_switch_names[];
         GN_FLAG("no-remove", 0, &(o).leak.no_remove, "the mask takes no rays away"),               \
         GN_CHOICE("depth-test", 0, "WHEN", &(o).leak.depth_test, gn_app_switch_names,              \
                   "rays are taken away only at an unchanged depth: auto (the default), off, on")
+
+/* What answers shadow rays. */
+#define GN_APP_TRACER_OPTIONS(o)                                                                   \
+    GN_CHOICE("tracer", 0, "NAME", &(o).tracer.kind, gn_app_tracer_names,                          \
+              "what answers shadow rays: auto (the default), bvh (a tree), light-buffer"),         \
+        GN_REAL("light-buffer-limit", 0, "MB", &(o).tracer.light_buffer_limit, 0, 1e6,             \
+                "megabytes for the light buffers of a method, default 512")
 
 #define GN_APP_TIME_OPTION(o)                                                                      \
     GN_REAL("time", 't', "S", &(o).time, 0, 1e6, "seconds into the animation, default 0")

@@ -5,7 +5,14 @@
 #include <string.h>
 
 #define BASELINE "naive"
-#define RIVAL    "ray-mip0" /* what steadiness and error are held against */
+#define RIVAL    "ray-mip0" /* what steadiness and error are held against; or else the next */
+#define RIVAL_2  RIVAL ":bvh"
+
+static const gn_bench_row *find_rival(const gn_bench_result *result)
+{
+    const gn_bench_row *rival = gn_bench_find(result, RIVAL);
+    return rival ? rival : gn_bench_find(result, RIVAL_2);
+}
 
 /* value / RIVAL's, or -1 where there is nothing to divide by. */
 static double ratio(double value, double rival)
@@ -94,7 +101,7 @@ static void print_leaks(const gn_bench_result *result, double pixels)
 
 static void print_table(const gn_app *app, const gn_bench_options *o, const gn_bench_result *result)
 {
-    const gn_bench_row *rival = gn_bench_find(result, RIVAL);
+    const gn_bench_row *rival = find_rival(result);
     const gn_bench_row *naive = gn_bench_find(result, BASELINE);
     char text[32];
     printf("%s, camera %s, %u x %u, %u frames at %g a second, %u threads, %s\n", app->scene_name,
@@ -136,6 +143,7 @@ static void print_table(const gn_app *app, const gn_bench_options *o, const gn_b
     }
     print_maps(result, pixels);
     print_leaks(result, pixels * app->light_count);
+    gn_bench_print_tracing(app, result, width);
     printf("\nflicker, toggles and mse are in 1/1000.");
     if (result->referenced)
         printf(" The reference has %u samples a pixel on %u frames, and a mean of %.4f.",
@@ -174,13 +182,10 @@ static void add_series(cJSON *json, const gn_bench_result *result, const gn_benc
     for (uint32_t f = 0; f < result->frame_count; f++) {
         const gn_bench_frame *frame = &row->frames[f];
         const gn_app_cost *cost = &frame->cost;
-        const double values[COUNT] = {cost->total,
-                                      (double)cost->rays,
-                                      frame->wrong,
-                                      frame->mean_abs,
-                                      cost->shadow_map + cost->filter,
-                                      cost->fitted,
-                                      cost->pending};
+        const double values[COUNT] = {
+            cost->total,     (double)cost->tracing.rays,      frame->wrong,
+            frame->mean_abs, cost->shadow_map + cost->filter, cost->fitted,
+            cost->pending};
         for (int k = 0; k < COUNT; k++)
             cJSON_AddItemToArray(arrays[k], cJSON_CreateNumber(values[k]));
     }
@@ -204,10 +209,10 @@ static void add_passes(cJSON *json, const gn_bench_result *result, const gn_benc
     }
 }
 
-static void add_method(cJSON *methods, const gn_bench_result *result, const gn_bench_row *row,
-                       double pixels)
+static void add_method(cJSON *methods, const gn_app *app, const gn_bench_result *result,
+                       const gn_bench_row *row, double pixels)
 {
-    const gn_bench_row *rival = gn_bench_find(result, RIVAL);
+    const gn_bench_row *rival = find_rival(result);
     cJSON *json = cJSON_CreateObject();
     cJSON_AddItemToArray(methods, json);
     cJSON_AddStringToObject(json, "name", row->name);
@@ -251,6 +256,7 @@ static void add_method(cJSON *methods, const gn_bench_result *result, const gn_b
             cJSON_AddNumberToObject(json, "mask_bytes", (double)row->mask_bytes);
         }
         add_series(json, result, row);
+        gn_bench_add_tracing(json, app, result, row);
         if (row->speedup_naive.median > 0) {
             cJSON_AddNumberToObject(json, "speedup_naive", row->speedup_naive.median);
             cJSON_AddNumberToObject(json, "speedup_naive_min", row->speedup_naive.min);
@@ -297,21 +303,22 @@ static cJSON *make_json(const gn_app *app, const gn_bench_options *o, const gn_b
     }
     cJSON *methods = cJSON_AddArrayToObject(json, "methods");
     for (uint32_t i = 0; i < result->count; i++)
-        add_method(methods, result, &result->rows[i], pixels);
+        add_method(methods, app, result, &result->rows[i], pixels);
     return json;
 }
 
-/* What methods with maps are held against, where the list does not have it. */
+/* What methods with maps, and tracers, are held against, where the list does not have it. */
 static uint32_t add_yardsticks(gn_app_method methods[GN_APP_MAX_METHODS], uint32_t count)
 {
     const uint32_t given = count;
-    for (uint32_t i = 0; i < given; i++) {
-        const gn_app_method yardstick = gn_app_yardstick_of(&methods[i]);
+    for (uint32_t i = 0; i < given && count < GN_APP_MAX_METHODS; i++) {
+        if (!gn_app_has_map(&methods[i]) && methods[i].own.tracer == GN_NONE)
+            continue;
+        gn_app_yardstick_of(&methods[i], &methods[count]);
         uint32_t k = 0;
-        while (k < count && strcmp(methods[k].name, yardstick.name) != 0)
+        while (strcmp(methods[k].name, methods[count].name) != 0)
             k++;
-        if (gn_app_has_map(&methods[i]) && k == count && count < GN_APP_MAX_METHODS)
-            methods[count++] = yardstick;
+        count += k == count;
     }
     return count;
 }
@@ -343,7 +350,8 @@ int gn_app_bench(int argc, char **argv)
         "alpha test in mip 0. Ratios are to ray-mip0.",
         "Methods are names in 'gnomon methods', names with * and ?, or all, rays, maps, leaks;",
         "those with a map take modifiers: 'lt-vsm:mip0:no-remove', 'lt-*:size=1024'; see",
-        "docs/cli.md.",
+        "docs/cli.md. Those that trace rays take ':bvh' and ':light-buffer', and are then held",
+        "against the same rays of the tree, ':bvh'.",
         "Maps are held against ray-mip0, leak tracing against a ray for every pixel with the same",
         "alpha rule; that is run too. Maps and masks are kept from frame to frame; a frame's time",
         "has what it took to bring them up to date.",
@@ -380,6 +388,7 @@ int gn_app_bench(int argc, char **argv)
         GN_APP_SHOT_OPTIONS(common),
         GN_APP_TIME_OPTION(common),
         GN_APP_MAP_OPTIONS(common),
+        GN_APP_TRACER_OPTIONS(common),
         GN_APP_DEVICE_OPTIONS(common),
         GN_OPTIONS_END};
     const char *name;

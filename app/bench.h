@@ -32,6 +32,7 @@ typedef struct gn_bench_frame {
 typedef struct gn_bench_row {
     const char *name;
     bool timed;                   /* false: the reference */
+    const gn_app_method *method;  /* NULL: the reference */
     gn_trace_rule trace;          /* NONE: a map alone */
     const char *yardstick;        /* tracing all; itself for a plain ray */
     const gn_bench_frame *frames; /* NULL: the reference */
@@ -44,6 +45,9 @@ typedef struct gn_bench_row {
     double wrong_max, mean_abs_max; /* worst frame */
     double rays;                    /* a frame, mean */
     gn_leak_counts leak;            /* all frames together */
+    gn_app_tracing tracing;         /* all frames together; no lights where none was traced */
+    gn_bench_part build;            /* of light buffers, part of the visibility stage */
+    gn_app_tracing before;          /* the warm-up's */
     uint32_t map_layers;            /* of all lights; 0 without maps */
     double map_fits, map_pending;   /* layers placed anew, being drawn, a frame, mean */
     size_t map_bytes, mask_bytes;
@@ -71,6 +75,12 @@ void gn_bench_free(gn_app *app, gn_bench_result *result);
 
 /* The row with that name, or NULL. */
 const gn_bench_row *gn_bench_find(const gn_bench_result *result, const char *name);
+
+/* The table of tracers; width: of names. */
+void gn_bench_print_tracing(const gn_app *app, const gn_bench_result *result, int width);
+/* The same, and series, added to a method that has its "series". */
+void gn_bench_add_tracing(cJSON *json, const gn_app *app, const gn_bench_result *result,
+                          const gn_bench_row *row);
 
 /* gnomon bench --filter: the filter of shadow maps, without a scene (bench_filter.c). */
 int gn_app_bench_filter(int argc, char **argv);

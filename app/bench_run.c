@@ -41,7 +41,8 @@ static float *planes_of(const runner *r, uint32_t method)
 /* The method whose visibility this one's is held against, or GN_NONE. */
 static uint32_t yardstick_of(const runner *r, uint32_t method)
 {
-    const gn_app_method yardstick = gn_app_yardstick_of(&r->methods[method]);
+    gn_app_method yardstick;
+    gn_app_yardstick_of(&r->methods[method], &yardstick);
     for (uint32_t i = 0; i < r->method_count; i++)
         if (strcmp(r->methods[i].name, yardstick.name) == 0)
             return i;
@@ -75,7 +76,7 @@ static bool time_methods(runner *r, uint32_t repeat, uint32_t frame)
         if (repeat == 0 || cost.total < f->cost.total)
             f->cost = cost;
         f->slowest = fmax(f->slowest, cost.total);
-        rays = cost.rays > rays ? cost.rays : rays;
+        rays = cost.tracing.rays > rays ? cost.tracing.rays : rays;
     }
     if (repeat == 0)
         r->result->rays += rays;
@@ -168,9 +169,12 @@ static bool run_frame(runner *r, uint32_t repeat, int32_t frame)
     r->app->frame = (uint32_t)(frame + (int32_t)r->options->warm_up);
     if (!measured) { /* warm-up: caches, clocks, memory, maps */
         gn_app_cost cost;
-        for (uint32_t m = 0; m < r->method_count; m++)
+        for (uint32_t m = 0; m < r->method_count; m++) {
             if (!run_method(r, m, &cost))
                 return false;
+            if (repeat == 0)
+                gn_app_add_tracing(&r->result->rows[m].before, &cost.tracing);
+        }
         return true;
     }
     const double gbuffer = gn_milliseconds() - start;
@@ -278,6 +282,7 @@ static void summarise_method(runner *r, uint32_t m, uint32_t naive)
     gn_bench_row *row = &r->result->rows[m];
     row->name = method->name;
     row->timed = true;
+    row->method = method;
     row->trace = method->pseudo ? GN_TRACE_ALL : method->method.trace;
     row->yardstick = yardstick == GN_NONE ? NULL : r->methods[yardstick].name;
     row->frames = frame_of(r, m, 0);
@@ -286,6 +291,7 @@ static void summarise_method(runner *r, uint32_t m, uint32_t naive)
     row->filter = part_of(r, m, offsetof(gn_app_cost, filter));
     row->test = part_of(r, m, offsetof(gn_app_cost, test));
     row->trace_rays = part_of(r, m, offsetof(gn_app_cost, trace));
+    row->build = part_of(r, m, offsetof(gn_app_cost, tracing.light_buffer.build_ms));
     row->speedup_naive = speedup_of(r, m, naive).spread;
     row->speedup = speedup_of(r, m, yardstick);
     row->noise = noise_of(r, m);
@@ -295,10 +301,12 @@ static void summarise_method(runner *r, uint32_t m, uint32_t naive)
         row->wrong_max = fmax(row->wrong_max, frame->wrong);
         row->mean_abs += frame->mean_abs / frames;
         row->mean_abs_max = fmax(row->mean_abs_max, frame->mean_abs);
-        row->rays += (double)frame->cost.rays / frames;
+        row->rays += (double)frame->cost.tracing.rays / frames;
         row->map_fits += (double)frame->cost.fitted / frames;
         row->map_pending += (double)frame->cost.pending / frames;
         gn_app_add_counts(&row->leak, &frame->cost.leak);
+        if (gn_app_has_rays(method))
+            gn_app_add_tracing(&row->tracing, &frame->cost.tracing);
     }
     if (method->pseudo) /* it does not count them */
         row->rays = (double)r->result->rays / frames;

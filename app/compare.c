@@ -21,8 +21,10 @@ typedef struct side {
     double ms[RUNS];
     uint32_t runs;
     gn_spread spread;
-    double map_ms; /* making its maps, once */
-    double rays;   /* a pixel and light, in the last of the runs */
+    double map_ms;          /* making its maps, once */
+    double rays;            /* a pixel and light, in the last of the runs */
+    gn_app_tracing tracing; /* of the last of the runs; no lights where none was traced */
+    gn_app_tracing before;  /* of the frames before the runs, together */
 } side;
 
 typedef struct comparison {
@@ -36,14 +38,22 @@ typedef struct comparison {
     cJSON *files;
 } comparison;
 
-static bool render_side(const comparison *c, gn_app *app, side *s)
+/* What answered the rays of a frame. */
+static void note_tracing(const gn_app *app, const gn_visibility_stats *stats, side *s)
+{
+    s->tracing = (gn_app_tracing){0};
+    for (uint32_t l = 0; l < app->light_count; l++)
+        gn_app_add_stats(&s->tracing, &stats[l]);
+    gn_app_add_tracing(&s->before, &s->tracing);
+}
+
+/* The frames of a view at rest, the last of which is shown. */
+static bool render_frames(const comparison *c, gn_app *app, side *s, gn_visibility_stats *stats)
 {
     /* The pseudo-method: the plain ray many times a pixel. */
     const gn_app_method yardstick = gn_app_yardstick();
     const gn_app_method *method = s->method->pseudo ? &yardstick : s->method;
-    const gn_view_desc desc = gn_app_view_desc(app, s->samples);
-    if (gn_view_create(app->device, &desc, &s->view) != GN_OK)
-        return false;
+    gn_view_set_stats(s->view, stats);
     /* A mask settles on a still view. */
     const uint32_t before = gn_app_has_mask(method) ? c->warm_up : 0;
     for (app->frame = 0; app->frame <= before; app->frame++) {
@@ -58,8 +68,23 @@ static bool render_side(const comparison *c, gn_app *app, side *s)
         if (method->no_reuse)
             s->map_ms = 0;
         s->map_ms += timings.shadow_map + timings.filter;
+        if (gn_app_has_rays(method))
+            note_tracing(app, stats, s);
     }
     return true;
+}
+
+static bool render_side(const comparison *c, gn_app *app, side *s)
+{
+    const gn_view_desc desc = gn_app_view_desc(app, s->samples);
+    gn_visibility_stats *stats = calloc(app->light_count, sizeof *stats);
+    bool good = stats || gn_app_error(app, "out of memory");
+    good = good && gn_view_create(app->device, &desc, &s->view) == GN_OK &&
+           render_frames(c, app, s, stats);
+    if (s->view)
+        gn_view_set_stats(s->view, NULL);
+    free(stats);
+    return good;
 }
 
 /* Times the visibility stage of both, in turns, on one G-buffer. A supersampled side is timed as
@@ -83,7 +108,9 @@ static bool time_sides(comparison *c)
                 continue;
             good = gn_app_visibility(app, g, s->method, planes, &cost);
             s->ms[s->runs++] = cost.total;
-            s->rays = (double)cost.rays / ((double)g->width * g->height * app->light_count);
+            if (gn_app_has_rays(s->method))
+                s->tracing = cost.tracing;
+            s->rays = (double)cost.tracing.rays / ((double)g->width * g->height * app->light_count);
         }
     }
     for (int k = 0; k < 2; k++) {
@@ -212,6 +239,16 @@ static bool paint_and_write(comparison *c, const char *output)
 
 /* Results ----------------------------------------------------------------------------------- */
 
+static void print_tracing(const side *s)
+{
+    if (s->tracing.lights == 0)
+        return;
+    printf("   by %s", gn_app_answered(&s->tracing));
+    if (s->tracing.buffered > 0)
+        printf(": %u tiles of %.1f MB, and %.2f to build them, once", s->tracing.light_buffer.tiles,
+               gn_app_megabytes(s->tracing.light_buffer.bytes), s->before.light_buffer.build_ms);
+}
+
 static void print_table(const comparison *c)
 {
     const side *a = &c->sides[0], *b = &c->sides[1];
@@ -232,7 +269,13 @@ static void print_table(const comparison *c)
                    c->sides[k].method->no_reuse ? ", which is part of it" : ", once");
         if (c->sides[k].method->method.trace == GN_TRACE_LEAK)
             printf("; %.2f %% rays", c->sides[k].rays * 100);
+        print_tracing(&c->sides[k]);
         printf("\n");
+    }
+    for (int k = 0; k < 2; k++) {
+        char text[256];
+        if (gn_app_fallback(&c->app, c->sides[k].method, &c->sides[k].tracing, text))
+            printf("%s\n", text);
     }
     printf("%s takes %.3f times the time of %s\n", b->method->name, c->ratio, a->method->name);
 }
@@ -252,6 +295,11 @@ static bool print_json(comparison *c)
         cJSON_AddNumberToObject(entry, "map_ms", s->map_ms);
         if (s->samples == 1)
             cJSON_AddNumberToObject(entry, "rays_per_pixel", s->rays);
+        if (s->tracing.lights > 0) {
+            gn_app_add_tracing_json(entry, &s->tracing);
+            cJSON_AddNumberToObject(entry, "build_ms", s->before.light_buffer.build_ms);
+            gn_app_add_fallback(entry, &c->app, s->method, &s->tracing);
+        }
     }
     cJSON_AddNumberToObject(json, "time_ratio", c->ratio);
     cJSON *list = cJSON_AddArrayToObject(json, "differences");
@@ -301,6 +349,10 @@ static bool run(comparison *c, const gn_app_options *options, const char *scene,
 
 int gn_app_compare(int argc, char **argv)
 {
+    for (int i = 1; i < argc; i++) {
+        if (strcmp(argv[i], "--images") == 0)
+            return gn_app_compare_images(argc, argv);
+    }
     static const char *const words[] = {"SCENE", NULL};
     static const char *const notes[] = {
         "METHOD: a name in 'gnomon methods', or reference: ray-mip0 with 64 samples a pixel,",
@@ -310,7 +362,8 @@ int gn_app_compare(int argc, char **argv)
         "Pixels that see no surface are left out. A pixel is wrong where visibility differs by",
         "more than 0.5. Times: the visibility stage, 5 runs in turns, on one G-buffer; maps and",
         "masks are kept from run to run as from frame to frame of a view at rest, maps unless",
-        "--no-reuse is given.",
+        "--no-reuse is given, and light buffers.",
+        "'gnomon compare --images REFERENCE TEST' compares two picture files; see its --help.",
         NULL};
     const gn_usage usage = {
         "compare",
@@ -334,6 +387,7 @@ int gn_app_compare(int argc, char **argv)
                  "frames in which masks settle, the view at rest, default 8"),
         GN_APP_MAP_OPTIONS(common),
         GN_APP_LEAK_OPTIONS(common),
+        GN_APP_TRACER_OPTIONS(common),
         GN_APP_DEVICE_OPTIONS(common),
         GN_OPTIONS_END,
     };

@@ -29,8 +29,8 @@ typedef struct entry {
     gn_app_method *method;
     double ms[RUNS];
     gn_spread spread;
-    double map_ms; /* making its maps, once */
-    uint64_t rays;
+    double map_ms;            /* making its maps, once */
+    gn_app_tracing tracing;   /* of the last run */
     gn_difference difference; /* from the reference, first light */
     double flicker, toggles;  /* sums over frames, weighted by pixels */
     gn_flicker_state state;
@@ -142,7 +142,7 @@ static bool take_times(show *s)
             if (!gn_app_visibility(&s->app, gn_view_gbuffer(s->view), e->method, s->planes, &cost))
                 return false;
             e->ms[run] = cost.total;
-            e->rays = cost.rays;
+            e->tracing = cost.tracing;
         }
     }
     for (uint32_t i = 0; i < s->count; i++)
@@ -214,8 +214,10 @@ static void report_methods(const show *s, cJSON *methods)
         cJSON_AddNumberToObject(item, "ms_max", e->spread.max);
         if (gn_app_has_map(e->method))
             cJSON_AddNumberToObject(item, "map_ms", e->map_ms);
-        add_ratio(item, "rays_per_second", (double)e->rays,
-                  e->rays > 0 ? e->spread.median * 1e-3 : 0);
+        if (gn_app_has_rays(e->method))
+            cJSON_AddStringToObject(item, "tracer", gn_app_answered(&e->tracing));
+        add_ratio(item, "rays_per_second", (double)e->tracing.rays,
+                  e->tracing.rays > 0 ? e->spread.median * 1e-3 : 0);
         cJSON_AddNumberToObject(item, "mse", e->difference.mse);
         cJSON_AddNumberToObject(item, "wrong_pixels", e->difference.wrong);
         cJSON_AddNumberToObject(item, "mean_visibility", e->difference.mean_b);
@@ -297,18 +299,19 @@ static void print_table(const cJSON *results)
     const cJSON *scene, *method;
     cJSON_ArrayForEach(scene, cJSON_GetObjectItem(results, "scenes"))
     {
-        printf("%s\n  %-14s%10s%10s%12s%12s%12s%10s%10s\n",
-               cJSON_GetStringValue(cJSON_GetObjectItem(scene, "name")), "method", "ms", "maps, ms",
-               "Mrays/s", "mse", "mean", "flicker", "toggles");
+        printf("%s\n  %-14s%14s%10s%10s%12s%12s%12s%10s%10s\n",
+               cJSON_GetStringValue(cJSON_GetObjectItem(scene, "name")), "method", "tracer", "ms",
+               "maps, ms", "Mrays/s", "mse", "mean", "flicker", "toggles");
         cJSON_ArrayForEach(method, cJSON_GetObjectItem(scene, "methods"))
         {
             const char *name = cJSON_GetStringValue(cJSON_GetObjectItem(method, "name"));
             if (!cJSON_GetObjectItem(method, "mse")) {
-                printf("  %-14s%10s%10s%12s%12s%12.4f\n", name, "", "", "", "",
+                printf("  %-14s%14s%10s%10s%12s%12s%12.4f\n", name, "", "", "", "", "",
                        number(method, "mean_visibility"));
                 continue;
             }
-            printf("  %-14s%10.1f", name, number(method, "ms_median"));
+            const char *tracer = cJSON_GetStringValue(cJSON_GetObjectItem(method, "tracer"));
+            printf("  %-14s%14s%10.1f", name, tracer ? tracer : "-", number(method, "ms_median"));
             print_known(number(method, "map_ms"), "%10.1f", 10);
             print_known(number(method, "rays_per_second") * 1e-6, "%12.2f", 12);
             printf("%12.5f%12.4f%10.3f%10.3f\n", number(method, "mse"),

@@ -18,7 +18,8 @@ static gn_app_method as_found(const gn_method *method)
                            .own = {.leak = gn_app_leak_options_default(),
                                    .resolution = GN_NONE,
                                    .refresh = GN_NONE,
-                                   .undrawn = GN_NONE}};
+                                   .undrawn = GN_NONE,
+                                   .tracer = GN_NONE}};
 }
 
 static gn_app_method tracing_all(gn_alpha_rule alpha)
@@ -34,10 +35,11 @@ gn_app_method gn_app_yardstick(void)
     return tracing_all(GN_ALPHA_RULE_MIP0);
 }
 
-gn_app_method gn_app_yardstick_of(const gn_app_method *method)
+void gn_app_yardstick_of(const gn_app_method *method, gn_app_method *yardstick)
 {
-    const bool plain = method->pseudo || method->method.trace == GN_TRACE_NONE;
-    return tracing_all(plain ? GN_ALPHA_RULE_MIP0 : method->method.alpha);
+    *yardstick = tracing_all(gn_app_has_rays(method) ? method->method.alpha : GN_ALPHA_RULE_MIP0);
+    if (method->own.tracer != GN_NONE)
+        gn_app_modify_method("bench", ":bvh", yardstick);
 }
 
 /* Names ------------------------------------------------------------------------------------- */
@@ -54,7 +56,8 @@ static bool find_method(const char *command, const char *name, const char *const
     uint32_t count = 1;
     for (uint32_t i = 0; pseudo && pseudo[i]; i++) {
         if (strcmp(name, pseudo[i]) == 0) {
-            *method = (gn_app_method){.name = pseudo[i], .pseudo = true};
+            *method =
+                (gn_app_method){.name = pseudo[i], .pseudo = true, .own = {.tracer = GN_NONE}};
             return true;
         }
         known[count++] = pseudo[i];

@@ -8,6 +8,7 @@
 typedef struct gn_app_modifiers {
     gn_app_leak_options leak;
     uint32_t resolution, refresh, undrawn; /* GN_NONE: not given */
+    uint32_t tracer;                       /* gn_tracer_kind; GN_NONE: not given */
     bool no_reuse;
 } gn_app_modifiers;
 
@@ -23,7 +24,7 @@ typedef struct gn_app_method {
     gn_map_desc map;
     gn_leak_desc leak;
     bool no_reuse;       /* maps are made anew in every frame */
-    gn_history *history; /* what it keeps from frame to frame; NULL unless it has maps */
+    gn_history *history; /* what it keeps from frame to frame; NULL for pseudo-methods */
 } gn_app_method;
 
 #define GN_APP_MAX_METHODS 64
@@ -101,15 +102,27 @@ static inline bool gn_app_has_mask(const gn_app_method *method)
     return !method->pseudo && method->method.trace == GN_TRACE_LEAK && method->method.mask;
 }
 
+static inline bool gn_app_has_rays(const gn_app_method *method)
+{
+    return !method->pseudo && method->method.trace != GN_TRACE_NONE;
+}
+
 /* Frames until a mask has settled. */
 #define GN_APP_WARM_UP 8u
 
 gn_visibility_desc gn_app_visibility_desc(const gn_app *app, const gn_app_method *method);
 
+/* What answered rays, sums over lights, or over the frames too. */
+typedef struct gn_app_tracing {
+    uint32_t lights, buffered; /* how many; those that the light buffer answered */
+    uint64_t rays;
+    gn_light_buffer_info light_buffer;
+} gn_app_tracing;
+
 /* What it took: milliseconds, sums over the lights. */
 typedef struct gn_app_cost {
     double total, shadow_map, filter, test, trace;
-    uint64_t rays;
+    gn_app_tracing tracing;
     uint32_t fitted, pending; /* layers of maps that were placed anew, that are being drawn */
     gn_leak_counts leak;
 } gn_app_cost;
@@ -122,13 +135,35 @@ bool gn_app_visibility(gn_app *app, const gn_gbuffer *gbuffer, gn_app_method *me
 /* "ray-mip0", the plain ray. Needs no gn_app_use_methods(), as the next. */
 gn_app_method gn_app_yardstick(void);
 /* What a method's wrong pixels are counted against: a ray for every pixel with the method's alpha
- * rule; for maps and pseudo-methods the plain ray. */
-gn_app_method gn_app_yardstick_of(const gn_app_method *method);
+ * rule, of the tree where the method's name says its tracer; for maps and pseudo-methods the plain
+ * ray. */
+void gn_app_yardstick_of(const gn_app_method *method, gn_app_method *yardstick);
 
 /* Adds up b to a. */
 void gn_app_add_counts(gn_leak_counts *a, const gn_leak_counts *b);
 /* {"tested": share of pixels, "unheld": likewise, "unsure": share of those tested, ...} */
 cJSON *gn_app_leak_json(const gn_leak_counts *counts, double pixels);
+
+/* The tracer that a method asks for: by its name, or else by the options. */
+gn_tracer_kind gn_app_tracer(const gn_app *app, const gn_app_method *method);
+/* Bytes that the light buffers of a method may take. */
+size_t gn_app_light_buffer_limit(const gn_app *app);
+double gn_app_megabytes(size_t bytes);
+
+/* One light more. */
+void gn_app_add_stats(gn_app_tracing *tracing, const gn_visibility_stats *stats);
+/* Adds up b to a. */
+void gn_app_add_tracing(gn_app_tracing *a, const gn_app_tracing *b);
+/* "bvh", "light-buffer", or "both" where they differ from light to light or frame to frame. */
+const char *gn_app_answered(const gn_app_tracing *tracing);
+/* Did the tree trace what the light buffer was there for? Then says so. */
+bool gn_app_fallback(const gn_app *app, const gn_app_method *method, const gn_app_tracing *tracing,
+                     char text[256]);
+/* Adds gn_app_fallback()'s text as "fallback", where there is one. */
+void gn_app_add_fallback(cJSON *json, const gn_app *app, const gn_app_method *method,
+                         const gn_app_tracing *tracing);
+/* Adds "tracer", and where there is a light buffer "light_buffer". */
+void gn_app_add_tracing_json(cJSON *json, const gn_app_tracing *tracing);
 
 /* {"kind": "evsm", ...}, or null without a map. */
 cJSON *gn_app_map_json(const gn_map_format *format);

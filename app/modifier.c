@@ -7,7 +7,7 @@
 #include "method.h"
 
 /* What a modifier belongs to. */
-typedef enum scope { OF_MAPS, OF_LEAKS, OF_MASKS } scope;
+typedef enum scope { OF_MAPS, OF_LEAKS, OF_MASKS, OF_RAYS } scope;
 
 /* Settings: a method takes each once. */
 typedef enum setting {
@@ -22,7 +22,8 @@ typedef enum setting {
     TEXELS = 1 << 8,
     UNDRAWN = 1 << 9,
     SIZE = 1 << 10,
-    EPSILON = 1 << 11
+    EPSILON = 1 << 11,
+    TRACER = 1 << 12
 } setting;
 
 static const struct modifier {
@@ -50,6 +51,8 @@ static const struct modifier {
     {"refresh", OF_MAPS, REFRESH, 0, "a whole number from 1 to 64", 1, 64},
     {"undrawn", OF_MAPS, UNDRAWN, 0, "a whole number from 0 to 8", 0, GN_MAX_CASCADES},
     {"size", OF_MAPS, SIZE, 0, "a whole number from 16 to 16384", 16, 16384},
+    {"bvh", OF_RAYS, TRACER, GN_TRACER_BVH, NULL, 0, 0},
+    {"light-buffer", OF_RAYS, TRACER, GN_TRACER_LIGHT_BUFFER, NULL, 0, 0},
 };
 
 enum { MODIFIER_COUNT = sizeof modifiers / sizeof *modifiers };
@@ -93,6 +96,9 @@ static void set(const struct modifier *modifier, double value, gn_app_method *me
         break;
     case EPSILON:
         own->leak.epsilon = value;
+        break;
+    case TRACER:
+        own->tracer = modifier->choice;
         break;
     }
 }
@@ -149,7 +155,12 @@ static bool fits(const char *command, const struct modifier *m, const gn_app_met
 {
     const gn_method *preset = &method->method;
     const char *name = preset->name;
-    if (method->pseudo || preset->trace == GN_TRACE_ALL)
+    if (m->scope == OF_RAYS && gn_app_has_rays(method))
+        return true;
+    if (m->scope == OF_RAYS)
+        gn_usage_error(command, "'%s:%s': %s %s", method->name, m->name, method->name,
+                       method->pseudo ? "takes no modifiers" : "traces no rays");
+    else if (method->pseudo || preset->trace == GN_TRACE_ALL)
         gn_usage_error(command, "'%s:%s': %s has no map%s", method->name, m->name, method->name,
                        m->settings == ALPHA ? "; the alpha rule of a ray is in its name" : "");
     else if (m->scope != OF_MAPS && preset->trace != GN_TRACE_LEAK)

@@ -6,8 +6,9 @@
 #include <string.h>
 
 const char *const gn_aov_names[] = {
-    "visibility", "depth", "normal", "shading_normal", "albedo", "motion", "position", "lod",
-    "lookups",    "rays",  "class",  "cascade",        "test",   "map",    "xi4",      NULL};
+    "visibility",   "depth", "normal", "shading_normal", "albedo",  "motion", "position", "lod",
+    "lookups",      "rays",  "lists",  "class",          "cascade", "test",   "map",      "xi4",
+    "light-buffer", NULL};
 
 bool gn_aov_parse(const char *command, const char *list, uint32_t *set)
 {
@@ -35,15 +36,22 @@ bool gn_aov_parse(const char *command, const char *list, uint32_t *set)
     }
 }
 
-bool gn_aov_check(const char *command, uint32_t set, const gn_app_method *method)
+bool gn_aov_check(const char *command, uint32_t set, const gn_app_method *method, uint32_t tracer)
 {
-    static const uint32_t of_rays = 1u << GN_AOV_LOD | 1u << GN_AOV_LOOKUPS | 1u << GN_AOV_RAYS,
+    static const uint32_t of_lists = 1u << GN_AOV_LISTS | 1u << GN_AOV_LIGHT_BUFFER,
+                          of_rays = 1u << GN_AOV_LOD | 1u << GN_AOV_LOOKUPS | 1u << GN_AOV_RAYS |
+                                    of_lists,
                           of_maps = 1u << GN_AOV_CASCADE | 1u << GN_AOV_TEST | 1u << GN_AOV_MAP;
     const char *reason = "";
     uint32_t wrong = 0;
+    if (method->own.tracer != GN_NONE)
+        tracer = method->own.tracer;
     if (method->method.trace == GN_TRACE_NONE && set & of_rays) {
         wrong = set & of_rays;
         reason = "traces no rays";
+    } else if (tracer == GN_TRACER_BVH && set & of_lists) {
+        wrong = set & of_lists;
+        reason = "is traced by the tree, which has no lists";
     } else if (!gn_app_has_map(method) && set & of_maps) {
         wrong = set & of_maps;
         reason = "has no map";
@@ -84,6 +92,11 @@ void gn_settings_add_method(gn_settings *settings, const gn_app_method *method)
                  leak->expand ? " expand" : "", leak->remove ? " remove" : "",
                  gn_app_switch_names[leak->depth_test]);
     settings->attributes[settings->count++] = (gn_attribute){"leak", settings->leak};
+}
+
+void gn_settings_add_tracing(gn_settings *settings, const gn_app_tracing *tracing)
+{
+    settings->attributes[settings->count++] = (gn_attribute){"tracer", gn_app_answered(tracing)};
 }
 
 void gn_settings_fill(gn_settings *settings, const gn_app *app, const char *method,
@@ -245,6 +258,9 @@ static void paint(const gn_frame *frame, gn_aov aov, uint32_t light, uint8_t *ou
         case GN_AOV_LOOKUPS:
             gn_heat_color(fact[i] / LOOKUPS_RANGE, rgb);
             break;
+        case GN_AOV_LISTS:
+            gn_list_color(fact[i], rgb);
+            break;
         case GN_AOV_CLASS:
             paint_class(fact[i], rgb);
             break;
@@ -257,6 +273,7 @@ static void paint(const gn_frame *frame, gn_aov aov, uint32_t light, uint8_t *ou
             break;
         case GN_AOV_MAP:
         case GN_AOV_XI4:
+        case GN_AOV_LIGHT_BUFFER:
         case GN_AOV_COUNT:
             break;
         }
@@ -268,9 +285,16 @@ static bool depends_on_light(gn_aov aov)
     return aov == GN_AOV_VISIBILITY || aov >= GN_AOV_LOD;
 }
 
-static bool has_map_size(gn_aov aov)
+static bool has_own_size(gn_aov aov)
 {
-    return aov == GN_AOV_MAP || aov == GN_AOV_XI4;
+    return aov == GN_AOV_MAP || aov == GN_AOV_XI4 || aov == GN_AOV_LIGHT_BUFFER;
+}
+
+static bool write_own_size(const gn_frame *frame, gn_aov aov, uint32_t light, const char *path,
+                           cJSON *files)
+{
+    return aov == GN_AOV_LIGHT_BUFFER ? gn_frame_write_light_buffer(frame, light, path, files)
+                                      : gn_frame_write_map(frame, aov, light, path, files);
 }
 
 void gn_aov_suffix(const gn_app *app, gn_aov aov, uint32_t light, char *text, size_t size)
@@ -306,6 +330,8 @@ static bool write_aov(const gn_frame *frame, gn_aov aov, uint32_t light, const c
     if (!gn_insert_suffix(frame->app, path, suffix, name, sizeof name))
         return false;
     paint(frame, aov, light, pixels);
+    if (aov == GN_AOV_LISTS)
+        gn_report_lists(frame, light, name);
     const uint32_t channels = is_grey(aov) ? 1 : 3;
     return gn_write_png(frame->app->device, name, g->width, g->height, channels, pixels,
                         frame->settings->attributes, frame->settings->count) == GN_OK &&
@@ -327,8 +353,8 @@ bool gn_frame_write_png(const gn_frame *frame, const char *path, cJSON *files)
     for (uint32_t aov = 0; aov < GN_AOV_COUNT && good; aov++) {
         const uint32_t count = depends_on_light((gn_aov)aov) ? app->light_count : 1;
         for (uint32_t light = 0; light < count && good && frame->aovs >> aov & 1; light++)
-            good = has_map_size((gn_aov)aov)
-                       ? gn_frame_write_map(frame, (gn_aov)aov, light, path, files)
+            good = has_own_size((gn_aov)aov)
+                       ? write_own_size(frame, (gn_aov)aov, light, path, files)
                        : write_aov(frame, (gn_aov)aov, light, path, pixels, files);
     }
     free(pixels);
@@ -438,11 +464,13 @@ bool gn_frame_write_exr(const gn_frame *frame, const char *path, cJSON *files)
                             frame->settings->attributes, frame->settings->count) == GN_OK &&
                add_file(files, path);
     }
+    for (uint32_t l = 0; l < app->light_count && good && frame->facts[GN_AOV_LISTS]; l++)
+        gn_report_lists(frame, l, path);
     free(list.layers);
     free(list.names);
     free(albedo);
-    for (uint32_t aov = GN_AOV_MAP; aov <= GN_AOV_XI4; aov++)
+    for (uint32_t aov = 0; aov < GN_AOV_COUNT; aov++)
         for (uint32_t l = 0; l < app->light_count && good && frame->aovs >> aov & 1; l++)
-            good = gn_frame_write_map(frame, (gn_aov)aov, l, path, files);
+            good = !has_own_size((gn_aov)aov) || write_own_size(frame, (gn_aov)aov, l, path, files);
     return good;
 }

@@ -19,7 +19,7 @@ typedef struct render_options {
 /* AOVs that visibility gives on its way. */
 #define FACTS                                                                                      \
     (1u << GN_AOV_LOD | 1u << GN_AOV_LOOKUPS | 1u << GN_AOV_RAYS | 1u << GN_AOV_CLASS |            \
-     1u << GN_AOV_CASCADE | 1u << GN_AOV_TEST)
+     1u << GN_AOV_LISTS | 1u << GN_AOV_CASCADE | 1u << GN_AOV_TEST)
 
 static bool ends_with(const char *text, const char *end)
 {
@@ -66,11 +66,12 @@ static bool frame_path(gn_app *app, const char *pattern, uint32_t frame, char *o
            gn_app_error(app, "%s: the name is too long", pattern);
 }
 
-static void report_frame(cJSON *frames, uint32_t number, double time, const gn_app *app,
-                         const gn_view *view, const gn_visibility_stats *stats, bool traces_leaks,
-                         double update, double write, cJSON *files)
+static void report_frame(cJSON *frames, uint32_t number, double time, const gn_frame *frame,
+                         const gn_visibility_stats *stats, double update, double write,
+                         cJSON *files, cJSON *lists)
 {
-    const gn_timings timings = gn_view_timings(view);
+    const gn_app *app = frame->app;
+    const gn_timings timings = gn_view_timings(frame->view);
     const size_t pixels = (size_t)app->options.size[0] * app->options.size[1];
     cJSON *entry = cJSON_CreateObject();
     cJSON_AddNumberToObject(entry, "frame", number);
@@ -87,21 +88,25 @@ static void report_frame(cJSON *frames, uint32_t number, double time, const gn_a
     cJSON_AddNumberToObject(ms, "write", write);
     cJSON *means = cJSON_AddArrayToObject(entry, "mean_visibility");
     gn_leak_counts leak = {0};
-    uint64_t rays = 0;
     for (uint32_t l = 0; l < app->light_count; l++) {
         gn_app_add_counts(&leak, &stats[l].leak);
-        rays += stats[l].rays;
-        const float *visibility = gn_view_visibility(view, l);
+        const float *visibility = gn_view_visibility(frame->view, l);
         double sum = 0;
         for (size_t i = 0; i < pixels; i++)
             sum += (double)visibility[i];
         cJSON_AddItemToArray(means, cJSON_CreateNumber(sum / (double)pixels));
     }
-    cJSON_AddNumberToObject(entry, "rays", (double)rays);
-    if (traces_leaks)
+    cJSON_AddNumberToObject(entry, "rays", (double)frame->tracing.rays);
+    if (gn_app_has_rays(frame->method))
+        gn_app_add_tracing_json(entry, &frame->tracing);
+    if (frame->method->method.trace == GN_TRACE_LEAK)
         cJSON_AddItemToObject(entry, "leak",
                               gn_app_leak_json(&leak, (double)pixels * app->light_count));
     cJSON_AddItemToObject(entry, "files", files);
+    if (cJSON_GetArraySize(lists) > 0)
+        cJSON_AddItemToObject(entry, "lists", lists);
+    else
+        cJSON_Delete(lists);
     cJSON_AddItemToArray(frames, entry);
 }
 
@@ -131,6 +136,23 @@ static bool render_view(const gn_frame *frame, const render_options *o, int64_t 
            !gn_app_interrupted();
 }
 
+/* What colours stand for, where no one reads the JSON. */
+static void note_lists(gn_app *app, const cJSON *lists)
+{
+    const cJSON *entry;
+    cJSON_ArrayForEach(entry, lists)
+    {
+        const cJSON *extent = cJSON_GetObjectItem(entry, "extent");
+        char width[48] = "";
+        if (extent)
+            snprintf(width, sizeof width, "; %.4g m wide", extent->valuedouble);
+        gn_app_note(app, "%s: %s, at most %.0f triangles in a list%s",
+                    cJSON_GetStringValue(cJSON_GetObjectItem(entry, "file")),
+                    cJSON_GetStringValue(cJSON_GetObjectItem(entry, "light")),
+                    cJSON_GetObjectItem(entry, "most")->valuedouble, width);
+    }
+}
+
 /* Renders and writes one frame. */
 static bool render_frame(const render_options *o, gn_frame *frame, const gn_visibility_stats *stats,
                          uint32_t number, cJSON *frames)
@@ -148,19 +170,27 @@ static bool render_frame(const render_options *o, gn_frame *frame, const gn_visi
     gn_settings settings;
     gn_settings_fill(&settings, app, frame->method->name, o->samples, time_of(o, number));
     gn_settings_add_method(&settings, frame->method);
+    frame->tracing = (gn_app_tracing){0};
+    for (uint32_t l = 0; l < app->light_count; l++)
+        gn_app_add_stats(&frame->tracing, &stats[l]);
+    if (gn_app_has_rays(frame->method))
+        gn_settings_add_tracing(&settings, &frame->tracing);
     frame->settings = &settings;
     cJSON *files = cJSON_CreateArray();
+    frame->lists = cJSON_CreateArray();
     const double start = gn_milliseconds();
     const bool written =
         exr ? gn_frame_write_exr(frame, path, files) : gn_frame_write_png(frame, path, files);
     frame->settings = NULL; /* they end with this function */
     if (!written) {
         cJSON_Delete(files);
+        cJSON_Delete(frame->lists);
         return false;
     }
-    report_frame(frames, number, time_of(o, number), app, frame->view, stats,
-                 frame->method->method.trace == GN_TRACE_LEAK, update, gn_milliseconds() - start,
-                 files);
+    if (!o->frames.given)
+        note_lists(app, frame->lists);
+    report_frame(frames, number, time_of(o, number), frame, stats, update,
+                 gn_milliseconds() - start, files, frame->lists);
     return true;
 }
 
@@ -179,7 +209,7 @@ static bool warm_up(const render_options *o, const gn_frame *frame, uint32_t fir
 }
 
 static bool render_frames(const render_options *o, gn_frame *frame,
-                          const gn_visibility_stats *stats, cJSON *frames)
+                          const gn_visibility_stats *stats, cJSON *frames, gn_app_tracing *tracing)
 {
     gn_app *app = frame->app;
     const uint32_t first = o->frames.given ? o->frames.first : 0;
@@ -191,14 +221,18 @@ static bool render_frames(const render_options *o, gn_frame *frame,
         gn_bar_step(&app->bar, 0.15 + share * (f - first), share,
                     o->frames.given ? "frame %u of %u to %u" : "rendering", f, first, last);
         good = render_frame(o, frame, stats, f, frames);
+        gn_app_add_tracing(tracing, &frame->tracing);
         if (!good && gn_app_interrupted() && f > first)
             gn_app_note(app, "frames %u to %u are finished", first, f - 1);
     }
+    char text[256];
+    if (good && gn_app_fallback(app, frame->method, tracing, text))
+        gn_app_note(app, "%s", text);
     return good && (!o->history_out || gn_view_save_history(frame->view, o->history_out) == GN_OK);
 }
 
 static bool render_all(gn_app *app, const render_options *o, const gn_app_method *method,
-                       uint32_t aovs, cJSON *frames)
+                       uint32_t aovs, cJSON *frames, gn_app_tracing *tracing)
 {
     const size_t pixels = (size_t)app->options.size[0] * app->options.size[1];
     const gn_view_desc desc = gn_app_view_desc(app, o->samples);
@@ -214,14 +248,15 @@ static bool render_all(gn_app *app, const render_options *o, const gn_app_method
         float **const planes[] = {
             [GN_AOV_LOD] = &stats[l].lod,       [GN_AOV_LOOKUPS] = &stats[l].lookups,
             [GN_AOV_RAYS] = &stats[l].traced,   [GN_AOV_CLASS] = &stats[l].leak_class,
-            [GN_AOV_CASCADE] = &stats[l].layer, [GN_AOV_TEST] = &stats[l].test};
+            [GN_AOV_LISTS] = &stats[l].entries, [GN_AOV_CASCADE] = &stats[l].layer,
+            [GN_AOV_TEST] = &stats[l].test};
         for (uint32_t aov = 0; aov < sizeof planes / sizeof *planes; aov++)
             if (frame.facts[aov])
                 *planes[aov] = frame.facts[aov] + l * pixels;
     }
     if (good) {
         gn_view_set_stats(frame.view, stats);
-        good = render_frames(o, &frame, stats, frames);
+        good = render_frames(o, &frame, stats, frames, tracing);
     }
     for (uint32_t aov = 0; aov < GN_AOV_COUNT; aov++)
         free(frame.facts[aov]);
@@ -262,7 +297,8 @@ static int check_options(render_options *o, gn_app_method *method, uint32_t *aov
         return GN_EXIT_USAGE;
     }
     *aovs = exr ? 1u << GN_AOV_VISIBILITY : 0;
-    if (o->aov && (!gn_aov_parse("render", o->aov, aovs) || !gn_aov_check("render", *aovs, method)))
+    if (o->aov && (!gn_aov_parse("render", o->aov, aovs) ||
+                   !gn_aov_check("render", *aovs, method, o->common.tracer.kind)))
         return GN_EXIT_USAGE;
     return GN_GO_ON;
 }
@@ -275,9 +311,11 @@ static int parse(int argc, char **argv, render_options *o, const char **scene)
         "Frame N is at time N / fps. Its number replaces #### or %04d in OUT, or else stands",
         "before the extension.",
         "AOVs: visibility, depth, normal, shading_normal, albedo, motion, position; of rays lod,",
-        "lookups, rays; of leak tracing class; of maps cascade, test, map, xi4 (nlmsm). A .png has",
-        "each in a file of its own beside it, as colours; an .exr has them as layers (visibility",
-        "unless others are named), and map and xi4, which have the map's size, in files beside it.",
+        "lookups, rays; of the light buffer lists, light-buffer; of leak tracing class; of maps",
+        "cascade, test, map, xi4 (nlmsm). A .png has each in a file of its own beside it, as",
+        "colours; an .exr has them as layers (visibility unless others are named), and map, xi4 "
+        "and",
+        "light-buffer, which have sizes of their own, in files beside it.",
         "A sequence that goes on elsewhere takes up what --history-out left behind its last frame,",
         "and gets the same bits, or some frames of --warm-up, and gets nearly the same pictures.",
         NULL};
@@ -310,6 +348,7 @@ static int parse(int argc, char **argv, render_options *o, const char **scene)
                 "write what the frame after the last needs to go on"),
         GN_APP_MAP_OPTIONS(o->common),
         GN_APP_LEAK_OPTIONS(o->common),
+        GN_APP_TRACER_OPTIONS(o->common),
         GN_APP_DEVICE_OPTIONS(o->common),
         GN_OPTIONS_END,
     };
@@ -333,14 +372,16 @@ int gn_app_render(int argc, char **argv)
 
     gn_app app = {0};
     cJSON *frames = cJSON_CreateArray();
+    gn_app_tracing tracing = {0};
     bool good = gn_app_open(&app, "render", &o.common) && gn_app_use_methods(&app, &method, 1) &&
                 gn_app_load(&app, scene) && gn_app_choose(&app) &&
-                render_all(&app, &o, &method, aovs, frames);
+                render_all(&app, &o, &method, aovs, frames, &tracing);
     gn_bar_clear(&app.bar);
     if (good && o.common.json) {
         cJSON *json = gn_app_json(&app);
         cJSON_AddStringToObject(json, "method", method.name);
         cJSON_AddNumberToObject(json, "spp", o.samples);
+        gn_app_add_fallback(json, &app, &method, &tracing);
         cJSON_AddItemToObject(json, "frames", frames);
         frames = NULL;
         good = gn_app_print_json(&app, json);

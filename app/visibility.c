@@ -146,8 +146,11 @@ static void settle(const gn_app *app, gn_app_method *method)
 /* Options that none of the methods has a use for. */
 static bool check_unused(gn_app *app, const gn_app_method *methods, uint32_t count)
 {
-    bool map = false, leak = false, mask = false;
+    bool map = false, leak = false, mask = false, rays = false, buffer = false;
     for (uint32_t i = 0; i < count; i++) {
+        rays = rays || gn_app_has_rays(&methods[i]);
+        buffer = buffer ||
+                 (gn_app_has_rays(&methods[i]) && gn_app_tracer(app, &methods[i]) != GN_TRACER_BVH);
         map = map || gn_app_has_map(&methods[i]);
         leak = leak || (gn_app_has_map(&methods[i]) && methods[i].method.trace == GN_TRACE_LEAK);
         mask = mask || gn_app_has_mask(&methods[i]);
@@ -160,6 +163,10 @@ static bool check_unused(gn_app *app, const gn_app_method *methods, uint32_t cou
         return gn_app_error(app, "--leak-epsilon: no method of leak tracing is run");
     if (!mask && of_masks)
         return gn_app_error(app, "--%s: no method with a mask is run", of_masks);
+    if (!rays && app->options.tracer.kind != GN_NONE)
+        return gn_app_error(app, "--tracer: no method that traces rays is run");
+    if (!buffer && !isnan(app->options.tracer.light_buffer_limit))
+        return gn_app_error(app, "--light-buffer-limit: no method may use a light buffer");
     return true;
 }
 
@@ -186,8 +193,7 @@ bool gn_app_use_methods(gn_app *app, gn_app_method *methods, uint32_t count)
                             o->esm.count > 0 && !esm ? "esm" : "evsm");
     app->wrong_usage = false;
     for (uint32_t i = 0; i < count; i++)
-        if (gn_app_has_map(&methods[i]) &&
-            gn_history_create(app->device, &methods[i].history) != GN_OK)
+        if (!methods[i].pseudo && gn_history_create(app->device, &methods[i].history) != GN_OK)
             return false;
     return true;
 }
@@ -205,10 +211,12 @@ gn_visibility_desc gn_app_visibility_desc(const gn_app *app, const gn_app_method
     gn_visibility_desc desc = gn_visibility_desc_default();
     desc.method = &method->method;
     desc.rescale_alpha = !app->options.no_alpha_rescale;
+    desc.tracer = gn_app_tracer(app, method);
+    desc.light_buffer_limit = gn_app_light_buffer_limit(app);
+    desc.history = method->history;
     if (gn_app_has_map(method)) {
         desc.map = method->map;
         desc.leak = method->leak;
-        desc.history = method->history;
     }
     desc.camera = app->camera;
     desc.frame = app->frame;
@@ -229,7 +237,7 @@ bool gn_app_visibility(gn_app *app, const gn_gbuffer *gbuffer, gn_app_method *me
         desc.light = app->lights[i];
         if (gn_scene_visibility(app->scene, gbuffer, &desc, planes + i * pixels, &stats) != GN_OK)
             return false;
-        sum.rays += stats.rays;
+        gn_app_add_stats(&sum.tracing, &stats);
         sum.fitted += stats.map.fitted;
         sum.pending += stats.map.pending;
         gn_app_add_counts(&sum.leak, &stats.leak);
