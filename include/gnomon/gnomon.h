@@ -4,6 +4,7 @@
 
 #include <gnomon/device.h>
 #include <gnomon/image.h>
+#include <gnomon/measure.h>
 #include <gnomon/method.h>
 #include <gnomon/procedural.h>
 #include <gnomon/scene.h>
