@@ -31,4 +31,13 @@ void gn_file_abort(gn_file *file);
 /* Fails with the file's path, the reason in errno where it is not 0, and otherwise with detail. */
 gn_result gn_file_fail(const gn_file *file, int error, const char *detail);
 
+/* Whether a file begins as OpenEXR files do. */
+bool gn_exr_is(const void *data, size_t size);
+
+/* An OpenEXR file in memory to linear RGB, 3 floats a pixel, rows from top to bottom: channels R, G
+ * and B of its first part, or Y for all three. name is for messages. rgb is gn_free()d by the
+ * caller; after an error nothing is set. */
+gn_result gn_exr_decode(gn_context *context, const char *name, const void *data, size_t size,
+                        uint32_t *width, uint32_t *height, float **rgb);
+
 #endif
