@@ -8,7 +8,8 @@ static const struct command {
     int (*run)(int argc, char **argv);
 } commands[] = {
     {"render", "pictures of a scene: PNG or OpenEXR, one frame or many", gn_app_render},
-    {"compare", "two methods on one view, or two picture files: pictures and numbers", gn_app_compare},
+    {"compare", "two methods on one view, or two picture files: pictures and numbers",
+     gn_app_compare},
     {"bench", "time, steadiness and error of methods, as a table", gn_app_bench},
     {"demo", "built-in scenes with the methods side by side, as pictures and a page", gn_app_demo},
     {"methods", "the ways of finding visibility, with their papers", gn_app_methods},
