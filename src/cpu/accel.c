@@ -370,6 +370,7 @@ gn_result gn_accel_update(gn_scene *scene, const gn_cpu *cpu)
     accel->structure_version = scene->structure_version;
     accel->transform_version = scene->transform_version;
     scene->accel = accel;
+    scene->accel_number++;
     scene->accel_destroy = accel_destroy;
     return GN_OK;
 }

@@ -23,9 +23,9 @@ void gn_cpu_gbuffer(const gn_cpu *cpu, const gn_gbuffer_job *job);
 /* Chooses the job's tracer, and fills in what desc says of rays. */
 void gn_cpu_prepare_rays(gn_visibility_job *job, const gn_visibility_desc *desc);
 
-/* Shadow rays: fills the job's visibility; returns the number of rays. */
-uint64_t gn_cpu_visibility(const gn_cpu *cpu, gn_visibility_job *job,
-                           const gn_visibility_desc *desc);
+/* Shadow rays of all pixels: fills the job's visibility. A light buffer grows on the way. */
+gn_result gn_cpu_visibility(const gn_cpu *cpu, gn_visibility_job *job,
+                            const gn_visibility_desc *desc, uint64_t *rays);
 
 /* A light for shading, with its visibility. */
 typedef struct gn_shade_light {

@@ -23,6 +23,8 @@ typedef struct gn_shadow_packet {
     float visibility[GN_PACKET]; /* out: before the cutoff's rescaling; 0: blocked */
     float lod[GN_PACKET];        /* out, where statistics are asked for */
     float lookups[GN_PACKET];    /* out, likewise */
+    float entries[GN_PACKET];    /* out, likewise: gn_visibility_stats.entries */
+    bool missed;                 /* out: not all of it is answered (gn_tracer.patient) */
 } gn_shadow_packet;
 
 /* The ray query's context as the filters see it: Embree's own, and behind it ours. */
@@ -39,9 +41,12 @@ typedef struct gn_query {
     float lod[GN_PACKET], lookups[GN_PACKET];
 } gn_query;
 
-/* A way to answer shadow rays: the seam behind which the tree stands. */
+/* A way to answer shadow rays: the seam behind which tree and light buffer stand. */
 typedef struct gn_tracer {
     const gn_accel *accel;
+    struct gn_light_buffer *buffer; /* NULL: the tree */
+    bool patient; /* rays of tiles that are not there are left for later; else the tree traces them
+                   */
     gn_alpha_rule rule;
     bool rescaled;   /* read the mips that keep their share of passing texels */
     bool statistics; /* fill lod and lookups; no early end, so that they do not depend on order */
@@ -56,7 +61,9 @@ typedef struct gn_visibility_job {
     float cos_outer; /* of a spot light's outer cone */
     float cutoff, point_light_clip;
     float *visibility;
-    float *lod, *lookups, *traced; /* may be NULL; traced: 1 where there was a ray, 0 before */
+    float *lod, *lookups, *entries; /* may be NULL */
+    float *traced;                  /* may be NULL; 1 where there was a ray, 0 before */
+    uint8_t *missed; /* of a patient tracer: set for each tile that is not answered */
 } gn_visibility_job;
 
 /* A perspective or orthographic camera ready to make rays. */
@@ -80,10 +87,24 @@ typedef struct gn_gbuffer_job {
 struct gn_map_reader;
 struct gn_leak_run;
 
+struct gn_light_buffer;
+struct gn_light_tile;
+struct gn_light_scratch;
+typedef enum gn_light_outcome {
+    GN_LIGHT_DONE,
+    GN_LIGHT_TOO_MUCH, /* more triangles or entries than a tile is worth */
+    GN_LIGHT_NO_MEMORY
+} gn_light_outcome;
+typedef gn_light_outcome (*gn_light_tile_builder)(const struct gn_light_buffer *buffer,
+                                                  struct gn_light_tile *tile, gn_casters casters,
+                                                  struct gn_light_scratch *scratch);
+
 typedef struct gn_kernels {
     const char *name;
     RTCFilterFunctionN intersect_filter, occluded_filter;
     void (*trace)(const gn_tracer *tracer, gn_shadow_packet *packet);
+    void (*trace_light)(const gn_tracer *tracer, gn_shadow_packet *packet);
+    gn_light_tile_builder light_tile; /* light_buffer.h */
     void (*gbuffer_tile)(const gn_gbuffer_job *job, uint32_t tile);
     uint64_t (*visibility_tile)(const gn_visibility_job *job, uint32_t tile); /* rays traced */
     void (*map_strip)(const struct gn_map_reader *reader, uint32_t strip);    /* map_read.h */

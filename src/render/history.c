@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "cpu/light_buffer.h"
 #include "scene/scene.h"
 
 /* Life ---------------------------------------------------------------------------------------- */
@@ -43,6 +44,9 @@ void gn_history_reset(gn_history *history)
     for (uint32_t i = 0; i < history->count; i++)
         gn_shadow_map_destroy(&history->entries[i].map);
     history->count = 0;
+    for (uint32_t i = 0; i < history->buffer_count; i++)
+        gn_light_buffer_destroy(&history->buffers[i].buffer);
+    history->buffer_count = 0;
     history->scene = 0;
 }
 
@@ -62,6 +66,7 @@ void gn_history_destroy(gn_history **history)
     gn_context *context = gn_device_context(h->device);
     gn_history_reset(h);
     gn_free(context, h->entries);
+    gn_free(context, h->buffers);
     gn_free(context, h);
 }
 
@@ -87,14 +92,6 @@ const gn_shadow_map *gn_history_map(const gn_history *history, uint32_t light)
 {
     const gn_history_entry *e = find(history, light);
     return e ? e->map : NULL;
-}
-
-gn_result gn_history_draw_light_buffer(const gn_history *history, uint32_t light, uint32_t face,
-                                       uint32_t size, float *lengths, float *extent)
-{
-    (void)face, (void)size, (void)lengths, (void)extent;
-    return gn_fail(gn_device_context(history->device), GN_ERROR_INVALID_ARGUMENT,
-                   "light %u has no light buffer", light);
 }
 
 /* Field by field: padding may differ. */
@@ -171,6 +168,46 @@ gn_result gn_history_reserve_map(gn_history *history, const gn_scene *scene, uin
     e->desc = *desc;
     *map = e->map;
     return GN_OK;
+}
+
+/* Light buffers ------------------------------------------------------------------------------- */
+
+gn_result gn_history_reserve_light_buffer(gn_history *history, const gn_scene *scene,
+                                          uint32_t light, gn_light_buffer **buffer, size_t *others)
+{
+    gn_context *context = gn_device_context(history->device);
+    *buffer = NULL;
+    *others = 0;
+    GN_TRY(gn_history_use_scene(history, scene));
+    for (uint32_t i = 0; i < history->buffer_count; i++)
+        if (history->buffers[i].light == light)
+            *buffer = history->buffers[i].buffer;
+        else
+            *others += history->buffers[i].buffer->info.bytes;
+    if (*buffer)
+        return GN_OK;
+    if (!gn_grow(context, (void **)&history->buffers, history->buffer_count,
+                 &history->buffer_capacity, sizeof *history->buffers))
+        return gn_fail(context, GN_ERROR_OUT_OF_MEMORY, "out of memory for a light buffer");
+    GN_TRY(gn_light_buffer_create(context, buffer));
+    history->buffers[history->buffer_count++] = (gn_history_buffer){light, *buffer};
+    return GN_OK;
+}
+
+gn_result gn_history_draw_light_buffer(const gn_history *history, uint32_t light, uint32_t face,
+                                       uint32_t size, float *lengths, float *extent)
+{
+    gn_context *context = gn_device_context(history->device);
+    if (face >= GN_LIGHT_FACES || size == 0 || size > 16384)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
+                       "face %u in %u x %u pixels: faces are 0 to 5, sizes 1 to 16384", face, size,
+                       size);
+    for (uint32_t i = 0; i < history->buffer_count; i++)
+        if (history->buffers[i].light == light) {
+            gn_light_buffer_draw(history->buffers[i].buffer, face, size, lengths, extent);
+            return GN_OK;
+        }
+    return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "light %u has no light buffer", light);
 }
 
 /* Masks --------------------------------------------------------------------------------------- */

@@ -20,6 +20,12 @@ typedef struct gn_history_entry {
     uint32_t side;      /* where masked: the texture that its newest mask is in */
 } gn_history_entry;
 
+/* One light's light buffer. */
+typedef struct gn_history_buffer {
+    uint32_t light;
+    struct gn_light_buffer *buffer;
+} gn_history_buffer;
+
 /* What tells one scene from another, at any time of its animation. */
 typedef struct gn_fingerprint {
     uint64_t nodes, meshes, materials, lights, cameras, vertices, triangles;
@@ -36,6 +42,8 @@ struct gn_history {
     uint64_t frame;
     gn_history_entry *entries;
     uint32_t count, capacity;
+    gn_history_buffer *buffers;
+    uint32_t buffer_count, buffer_capacity;
     /* What belongs to the picture. Lights turn from one mask texture to the other by themselves:
      * their bits have nothing to do with each other. */
     uint32_t width, height, camera;
@@ -57,6 +65,12 @@ void gn_history_begin_frame(gn_history *history);
 gn_result gn_history_reserve_map(gn_history *history, const gn_scene *scene, uint32_t light,
                                  const gn_map_format *format, const gn_map_desc *desc,
                                  gn_shadow_map **map);
+
+/* The light buffer of a light, made or kept; the history owns it. *others: bytes that those of
+ * other lights take. */
+gn_result gn_history_reserve_light_buffer(gn_history *history, const gn_scene *scene,
+                                          uint32_t light, struct gn_light_buffer **buffer,
+                                          size_t *others);
 
 /* Replaces what a history holds by what another one does, which is destroyed. */
 void gn_history_take(gn_history *history, gn_history **from);

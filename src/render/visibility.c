@@ -5,6 +5,7 @@
 #include "render/device.h"
 #include "render/history.h"
 #include "render/shadow_map.h"
+#include "render/tracer.h"
 
 static gn_result check(const gn_scene *scene, const gn_visibility_desc *desc)
 {
@@ -36,18 +37,20 @@ static gn_result check(const gn_scene *scene, const gn_visibility_desc *desc)
 }
 
 static gn_result trace_all(const gn_scene *scene, const gn_gbuffer *gbuffer,
-                           const gn_visibility_desc *desc, float *visibility,
+                           const gn_visibility_desc *desc, gn_history *history, float *visibility,
                            gn_visibility_stats *stats)
 {
-    gn_visibility_job job = {.tracer = {.accel = scene->accel},
-                             .gbuffer = gbuffer,
+    gn_visibility_job job = {.gbuffer = gbuffer,
                              .light = scene->lights[desc->light],
                              .visibility = visibility,
                              .lod = stats->lod,
                              .lookups = stats->lookups,
+                             .entries = stats->entries,
                              .traced = stats->traced};
     const double start = gn_milliseconds();
-    stats->rays = gn_cpu_visibility(&scene->device->cpu, &job, desc);
+    GN_TRY(gn_choose_tracer(scene, desc, history, &job.tracer));
+    GN_TRY(gn_cpu_visibility(&scene->device->cpu, &job, desc, &stats->rays));
+    gn_describe_tracer(&job.tracer, stats);
     stats->trace_ms = gn_milliseconds() - start;
     return GN_OK;
 }
@@ -127,12 +130,12 @@ static gn_result trace_leaks(const gn_scene *scene, const gn_gbuffer *gbuffer,
                                .frame = desc->frame,
                                .visibility = visibility,
                                .layer = stats->layer},
-                       .rays = {.tracer = {.accel = scene->accel},
-                                .gbuffer = gbuffer,
+                       .rays = {.gbuffer = gbuffer,
                                 .light = *light,
                                 .visibility = visibility,
                                 .lod = stats->lod,
-                                .lookups = stats->lookups},
+                                .lookups = stats->lookups,
+                                .entries = stats->entries},
                        .desc = desc->leak,
                        .test = stats->test,
                        .traced = stats->traced,
@@ -142,11 +145,17 @@ static gn_result trace_leaks(const gn_scene *scene, const gn_gbuffer *gbuffer,
     if (desc->method->mask)
         GN_TRY(gn_history_begin_mask(history, desc->light, desc->camera, gbuffer,
                                      job.desc.depth_test == GN_SWITCH_ON, &job.mask));
-    const gn_result result = gn_cpu_leak(&scene->device->cpu, &job, desc);
+    gn_result result = gn_choose_tracer(scene, desc, history, &job.rays.tracer);
+    if (result == GN_OK)
+        result = gn_cpu_leak(&scene->device->cpu, &job, desc);
+    /* What rays have missed is there for the next frame. */
+    if (result == GN_OK && job.rays.tracer.buffer)
+        result = gn_light_buffer_grow(job.rays.tracer.buffer);
     if (result != GN_OK) {
         gn_history_cut(history); /* the mask is half written */
         return result;
     }
+    gn_describe_tracer(&job.rays.tracer, stats);
     stats->rays = job.traced_count;
     stats->leak = job.counts;
     stats->test_ms = job.test_ms;
@@ -154,13 +163,18 @@ static gn_result trace_leaks(const gn_scene *scene, const gn_gbuffer *gbuffer,
     return GN_OK;
 }
 
-static gn_result use_map(const gn_scene *scene, const gn_gbuffer *gbuffer,
-                         const gn_visibility_desc *desc, gn_history *history, float *visibility,
-                         gn_visibility_stats *stats)
+static gn_result find_visibility(const gn_scene *scene, const gn_gbuffer *gbuffer,
+                                 const gn_visibility_desc *desc, gn_history *history,
+                                 float *visibility, gn_visibility_stats *stats)
 {
-    if (desc->method->trace == GN_TRACE_LEAK)
+    switch (desc->method->trace) {
+    case GN_TRACE_ALL:
+        return trace_all(scene, gbuffer, desc, history, visibility, stats);
+    case GN_TRACE_LEAK:
         return trace_leaks(scene, gbuffer, desc, history, visibility, stats);
-    return read_map(scene, gbuffer, desc, history, visibility, stats);
+    default:
+        return read_map(scene, gbuffer, desc, history, visibility, stats);
+    }
 }
 
 /* Facts that a method does not make are plain. */
@@ -197,18 +211,18 @@ gn_result gn_scene_visibility(const gn_scene *scene, const gn_gbuffer *gbuffer,
                            desc->method->name);
         clear(stats->layer, -1.0f, gbuffer);
         clear(stats->test, 1.0f, gbuffer);
-        return trace_all(scene, gbuffer, desc, visibility, stats);
-    }
-    if (!has_map)
+    } else if (!has_map) {
         return gn_fail(context, GN_ERROR_INVALID_ARGUMENT,
                        "method %s neither traces rays nor reads a map", desc->method->name);
-    clear(stats->lod, 0.0f, gbuffer);
-    clear(stats->lookups, 0.0f, gbuffer);
+    } else {
+        clear(stats->lod, 0.0f, gbuffer);
+        clear(stats->lookups, 0.0f, gbuffer);
+    }
     if (desc->history)
-        return use_map(scene, gbuffer, desc, desc->history, visibility, stats);
+        return find_visibility(scene, gbuffer, desc, desc->history, visibility, stats);
     gn_history *history;
     GN_TRY(gn_history_create(scene->device, &history));
-    const gn_result result = use_map(scene, gbuffer, desc, history, visibility, stats);
+    const gn_result result = find_visibility(scene, gbuffer, desc, history, visibility, stats);
     gn_history_destroy(&history);
     return result;
 }

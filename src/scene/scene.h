@@ -133,6 +133,7 @@ struct gn_scene {
 
     /* The device's acceleration structures for this scene, made at the first commit. */
     void *accel;
+    uint64_t accel_number; /* grows when they are built anew */
     void (*accel_destroy)(void *accel);
 };
 

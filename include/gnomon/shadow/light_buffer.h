@@ -9,50 +9,51 @@
  *   1986
  *
  * One ray, one triangle:
- *   1 place     of the receiver in the light's view, relative to the centre of its cell; its depth
- *               grows away from the light
- *   2 corners   of the triangle, in the frame of the cell: gn_light_corner_parallel() or
- *               gn_light_corner_central() make them relative to the ray
+ *   1 place     of the receiver in the light's view, relative to the centre of its cell, and its
+ *               depth, which grows away from the light
+ *   2 corners   of the triangle, relative to the ray: gn_light_corner_parallel() or
+ *               gn_light_corner_central()
  *   3 weights   gn_light_weigh(): the three edge functions, which are the barycentric coordinates
  *               times gn_light_area()
  *   4 covers    is the ray inside?  gn_light_covers()
- *   5 nearer    does the triangle lie between light and receiver?  gn_light_nearer()
+ *   5 depth     gn_light_ahead(): the triangle's plane lies nearer to the light than the receiver
+ *               where it is negative
  *
  * The edge functions of an edge's two triangles are each other's negative to the bit, and a ray
  * that meets an edge exactly belongs to one of its sides by the edge's direction. So a ray that
  * crosses a closed surface crosses a triangle of it: no light comes through between two, and no
- * occluder counts twice. Triangles block from both sides.
+ * occluder counts twice. (A weight is of the right sign or 0. Where it is rounded to 0 for two edges
+ * of one triangle, a sliver in line with the ray but for 2^-23 of its distance, the answer may be
+ * that of a ray as far beside.) Triangles block from both sides.
  *
  * Frames. Parallel light: x and y in metres across its direction, relative to the cell's centre;
- * depth in metres along it. Central light (point and spot): (X - cx W, Y - cy W, W), where (X, Y,
- * W) is relative to the light, W along the axis of a face, and (cx, cy) the cell's centre in the
- * plane W = 1; depth is W. Corners behind the light (W < 0) need no clipping. */
+ * depth in metres along it. Central light (point and spot): a corner is (X - cx W, Y - cy W, W),
+ * where (X, Y, W) is relative to the light, W along the axis of a face, and (cx, cy) the cell's
+ * centre in the plane W = 1; depth is -1 / W, so that a triangle's is linear over the cell, as with
+ * a parallel light. Corners behind the light (W < 0) need no clipping. */
 #ifndef GNOMON_SHADOW_LIGHT_BUFFER_H
 #define GNOMON_SHADOW_LIGHT_BUFFER_H
 
 #include "dialect.h"
 
-/* A corner, or another point, relative to a ray: the ray is x = y = 0. */
+/* A corner relative to a ray, which is x = y = 0. */
 GN_STRUCT(gn_light_corner)
 {
     real x;
     real y;
-    real depth; /* from the receiver on; negative towards the light */
 };
 
-/* Parallel light. x, y, depth: in the cell's frame; ray_x, ray_y, ray_depth: of the receiver. */
-GN_FN gn_light_corner gn_light_corner_parallel(real x, real y, real depth, real ray_x, real ray_y,
-                                               real ray_depth)
+/* Parallel light. x, y: in the cell's frame; ray_x, ray_y: of the receiver. */
+GN_FN gn_light_corner gn_light_corner_parallel(real x, real y, real ray_x, real ray_y)
 {
-    return GN_MAKE3(gn_light_corner, x - ray_x, y - ray_y, depth - ray_depth);
+    return GN_MAKE2(gn_light_corner, x - ray_x, y - ray_y);
 }
 
-/* Central light. ray_x, ray_y: of the receiver in the plane W = 1, relative to the cell's centre;
- * ray_depth: its W, > 0. */
-GN_FN gn_light_corner gn_light_corner_central(real x, real y, real depth, real ray_x, real ray_y,
-                                              real ray_depth)
+/* Central light. ray_x, ray_y: of the receiver in the plane W = 1, relative to the cell's centre.
+ */
+GN_FN gn_light_corner gn_light_corner_central(real x, real y, real w, real ray_x, real ray_y)
 {
-    return GN_MAKE3(gn_light_corner, x - ray_x * depth, y - ray_y * depth, depth - ray_depth);
+    return GN_MAKE2(gn_light_corner, x - ray_x * w, y - ray_y * w);
 }
 
 /* The edge functions opposite to corners a, b, c: of the same sign where the ray is inside. */
@@ -85,8 +86,8 @@ GN_FN mask gn_light_side(real weight, gn_light_corner a, gn_light_corner b)
                  gn_and(weight == 0.0f, gn_or(a.y < b.y, gn_and(a.y == b.y, a.x < b.x))));
 }
 
-/* Does the ray's line meet the triangle on the receiver's side of the light? Whatever way the
- * triangle faces. Never for triangles without area. */
+/* Does the ray's line meet the triangle, before or behind a central light? Whatever way the triangle
+ * faces. Never for triangles without area. */
 GN_FN mask gn_light_covers(gn_light_corner a, gn_light_corner b, gn_light_corner c,
                            gn_light_weights w)
 {
@@ -97,19 +98,16 @@ GN_FN mask gn_light_covers(gn_light_corner a, gn_light_corner b, gn_light_corner
     return gn_and(same, gn_light_area(w) != 0.0f);
 }
 
-/* Depth of the triangle on the ray, from the receiver on, times gn_light_area(). */
-GN_FN real gn_light_scaled_depth(gn_light_corner a, gn_light_corner b, gn_light_corner c,
-                                 gn_light_weights w)
+/* Depth of the triangle's plane on the ray less the receiver's. Both depths are sums of a float and
+ * a much smaller one (the same offset may be taken off both before they are split), so that a
+ * receiver in the plane of a triangle is told from one behind it: nearly equal floats differ
+ * exactly. high, low: the plane's depth at the cell's centre, to which whoever makes lists adds a
+ * bound of rounding, some 2^-22 (|slope_x| + |slope_y|) times half the cell's side: no receiver
+ * then lies behind its own triangle. slope_x, slope_y: how the depth grows along x and y. */
+GN_FN real gn_light_ahead(real high, real low, real slope_x, real slope_y, real ray_x, real ray_y,
+                          real ray_high, real ray_low)
 {
-    return w.a * a.depth + w.b * b.depth + w.c * c.depth;
-}
-
-/* Is the depth of a triangle on the ray, which gn_light_covers(), less than that of the receiver
- * plus `offset`? The receiver itself does not count as nearer. */
-GN_FN mask gn_light_nearer(real scaled_depth, real area, real offset)
-{
-    real difference = scaled_depth - offset * area;
-    return gn_and(difference != 0.0f, (difference < 0.0f) != (area < 0.0f));
+    return (high - ray_high) + ((low - ray_low) + (slope_x * ray_x + slope_y * ray_y));
 }
 
 /* Central light: the face of a cube around it in whose pyramid a point lies, relative to the light:
@@ -125,8 +123,8 @@ GN_FN lint gn_light_face(real x, real y, real z)
     return axis + gn_select_int(along < 0.0f, gn_splat_int(1), gn_splat_int(0));
 }
 
-/* The whole number log2 of the side of a receiver's tile: 2^GN_LIGHT_TILE_BITS to twice as many of
- * its ray cone's footprints. Central light: width over distance. */
+/* The whole number log2 of the side of a receiver's tile: 2^GN_LIGHT_TILE_BITS of its ray cone's
+ * footprints, down to half as many. Central light: width over distance. */
 #define GN_LIGHT_TILE_BITS 8
 GN_FN lint gn_light_level(real width)
 {
