@@ -1,6 +1,6 @@
-/* Feeds arbitrary words to the decoders and tests of every format of shadow map and to leak
- * tracing, and arbitrary floats to the formats' encoders. Built like fuzz_scene.c; its seeds are in
- * fuzz/corpus/shadow. */
+/* Feeds arbitrary words to the decoders and tests of every format of shadow map, to leak tracing
+ * and to the light buffer, and arbitrary floats to the formats' encoders. Built like fuzz_scene.c;
+ * its seeds are in fuzz/corpus/shadow. */
 #include <float.h>
 #include <math.h>
 #include <stdint.h>
@@ -11,6 +11,7 @@
 #include <gnomon/shadow/depth.h>
 #include <gnomon/shadow/exponential.h>
 #include <gnomon/shadow/leak.h>
+#include <gnomon/shadow/light_buffer.h>
 #include <gnomon/shadow/moments.h>
 #include <gnomon/shadow/moments_nonlinear.h>
 #include <gnomon/shadow/texel.h>
@@ -105,6 +106,20 @@ static void read_leak(const input *in)
     CHECK(gn_leak_jitter_x(in->texel[3]) + gn_leak_jitter_y(in->texel[3]) + 0.5f);
 }
 
+/* Light buffer: any corners, whose edges have one side; any point has a face. */
+static void read_light(const input *in)
+{
+    const float *v = in->values;
+    const gn_light_corner a = gn_light_corner_parallel(v[0], v[1], v[2], v[3]),
+                          b = gn_light_corner_central(v[0], v[1], in->receiver, v[2], v[3]),
+                          c = {gn_word_real(in->texel[0]), gn_word_real(in->texel[1])};
+    const gn_light_weights w = gn_light_weigh(a, b, c), back = gn_light_weigh(c, b, a);
+    CHECK((float)(gn_light_side(w.a, b, c) + gn_light_side(back.c, c, b)));
+    CHECK((float)gn_light_covers(a, b, c, w));
+    CHECK((float)gn_light_face(v[0], v[1], v[2]) / 5.0f);
+    CHECK((float)(gn_light_level(in->receiver) + 375) / 511.0f);
+}
+
 /* Encoders take any floats at all, and make words that can be read. */
 static void write_texels(const input *in)
 {
@@ -132,6 +147,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     read_small(&in);
     read_floats(&in);
     read_leak(&in);
+    read_light(&in);
     write_texels(&in);
     return 0;
 }

@@ -90,8 +90,8 @@ static int add_point(mesh *m, double x, double y, double depth)
 static gn_light_corner corner_of(const mesh *m, int i, ray r)
 {
     const point p = m->point[i];
-    return m->central ? gn_light_corner_central(p.x, p.y, p.depth, r.x, r.y, r.depth)
-                      : gn_light_corner_parallel(p.x, p.y, p.depth, r.x, r.y, r.depth);
+    return m->central ? gn_light_corner_central(p.x, p.y, p.depth, r.x, r.y)
+                      : gn_light_corner_parallel(p.x, p.y, r.x, r.y);
 }
 
 /* How often a ray is covered by triangles of each orientation. */
@@ -115,7 +115,11 @@ static cover cover_of(const mesh *m, ray r)
             continue;
         n.positive += area > 0.0f;
         n.negative += area < 0.0f;
-        n.nearer += gn_light_nearer(gn_light_scaled_depth(a, b, c, w), area, 0.0f);
+        const point *p = m->point;
+        const double scaled = (double)w.a * (double)p[m->corner[t][0]].depth +
+                              (double)w.b * (double)p[m->corner[t][1]].depth +
+                              (double)w.c * (double)p[m->corner[t][2]].depth;
+        n.nearer += scaled / (double)area < (double)r.depth;
     }
     return n;
 }
@@ -224,8 +228,8 @@ static void test_edges(void **state)
     (void)state;
     size_t met = 0;
     for (int i = 0; i < RAYS; i++) {
-        const gn_light_corner a = {coordinate(), coordinate(), 0.0f},
-                              b = {whole(0, 9) ? coordinate() : a.x, coordinate(), 0.0f};
+        const gn_light_corner a = {coordinate(), coordinate()},
+                              b = {whole(0, 9) ? coordinate() : a.x, coordinate()};
         const gn_light_weights there = gn_light_weigh(a, a, b), back = gn_light_weigh(a, b, a);
         if (there.a != 0.0f ? to_bits(there.a) != to_bits(-back.a) : back.a != 0.0f)
             fail_msg("(%a, %a) to (%a, %a) weighs %a, back %a", (double)a.x, (double)a.y,
@@ -246,7 +250,7 @@ static void test_weights(void **state)
     for (int i = 0; i < RAYS / 10; i++) {
         gn_light_corner at[3];
         for (int k = 0; k < 3; k++)
-            at[k] = (gn_light_corner){coordinate(), coordinate(), 0.0f};
+            at[k] = (gn_light_corner){coordinate(), coordinate()};
         const gn_light_weights w = gn_light_weigh(at[0], at[1], at[2]);
         const float weight[3] = {w.a, w.b, w.c};
         for (int k = 0; k < 3; k++) {

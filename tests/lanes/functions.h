@@ -11,6 +11,8 @@
 #define VARIANCE(name, domain, pair)  PAIR(name, domain, gn_variance, mean, square, pair)
 #define MOMENTS(name, domain, four)   FOUR(name, domain, gn_moments, b1, b2, b3, b4, four)
 #define NONLINEAR(name, domain, four) FOUR(name, domain, gn_nonlinear, y1, y2, v2, xi4, four)
+#define CORNER(name, domain, pair)    PAIR(name, domain, gn_light_corner, x, y, pair)
+#define WEIGHTS(name, domain, three)  FOUR(name, domain, gn_light_weights, a, b, c, c, three)
 
 /* dialect.h */
 REAL(splat, ANY, gn_select(a < a, a, gn_splat(0.1f)))
@@ -100,6 +102,23 @@ MASK(leak_removable, UNIT, gn_leak_removable(a))
 REAL(leak_jitter_x, ANY, gn_leak_jitter_x(gn_real_word(a)))
 REAL(leak_jitter_y, ANY, gn_leak_jitter_y(gn_real_word(a)))
 
+/* light_buffer.h */
+CORNER(light_corner_parallel, ANY, gn_light_corner_parallel(a, b, c, a))
+CORNER(light_corner_central, ANY, gn_light_corner_central(a, b, c, b, a))
+CORNER(light_corner_central_near, UNIT, gn_light_corner_central(a, b, c, b, a))
+WEIGHTS(light_weigh, ANY, gn_light_weigh(GN_MAKE_CORNERS(a, b, c)))
+WEIGHTS(light_weigh_near, UNIT, gn_light_weigh(GN_MAKE_CORNERS(a, b, c)))
+REAL(light_area, ANY, gn_light_area(GN_MAKE_WEIGHTS(a, b, c)))
+MASK(light_side, ANY, gn_light_side(a, GN_MAKE_CORNER(b, c), GN_MAKE_CORNER(c, a)))
+MASK(light_side_met, UNIT, gn_light_side(a - a, GN_MAKE_CORNER(b, c), GN_MAKE_CORNER(c, a)))
+MASK(light_covers, ANY, gn_light_covers(GN_MAKE_CORNERS(a, b, c), GN_MAKE_WEIGHTS(c, a, b)))
+MASK(light_covers_near, UNIT,
+     gn_light_covers(GN_MAKE_CORNERS(a, b, c), gn_light_weigh(GN_MAKE_CORNERS(a, b, c))))
+REAL(light_ahead, UNIT, gn_light_ahead(a, b * 1e-7f, c, a, b, c, b, c * 1e-7f))
+INTEGER(light_face, ANY, gn_light_face(a, b, c))
+INTEGER(light_face_near, UNIT, gn_light_face(a - b, b - c, c - a))
+INTEGER(light_level, ANY, gn_light_level(a))
+
 /* depth.h */
 REAL(depth_test, ANY, gn_depth_test(a, b))
 
@@ -167,3 +186,5 @@ NONLINEAR(nonlinear_unpack32, ANY, gn_nonlinear_unpack32(gn_real_word(a)))
 #undef VARIANCE
 #undef MOMENTS
 #undef NONLINEAR
+#undef CORNER
+#undef WEIGHTS

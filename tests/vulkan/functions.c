@@ -35,6 +35,7 @@ static const bound bounds[] = {
     {"evsm_positive_visibility", 1e-4, 0},
     {"evsm_of", 0, 4e-5},
     {"evsm_visibility", 1e-4, 0},
+    {"light_ahead", 4.8e-7, 0},
     {"moments_quantize", 2.4e-7, 0},
     {"moments_dequantize", 2.4e-7, 0},
     {"nonlinear_unpack64", 0, 2e-5},

@@ -7,6 +7,7 @@
 #include "gnomon/shadow/depth.h"
 #include "gnomon/shadow/exponential.h"
 #include "gnomon/shadow/leak.h"
+#include "gnomon/shadow/light_buffer.h"
 #include "gnomon/shadow/moments.h"
 #include "gnomon/shadow/moments_nonlinear.h"
 #include "gnomon/shadow/ray_cone.h"
@@ -37,6 +38,10 @@ void store(uint plane, float value)
 #define GN_MAKE_NONLINEAR(a, b, c)                                                                 \
     gn_nonlinear(2.0 * gn_min(a, b) - 1.0, 2.0 * gn_max(a, b) - 1.0, c, gn_abs((a) * (b)) * 1e-4)
 #define GN_MAKE_MOMENTS(a, b, c) gn_nonlinear_moments(GN_MAKE_NONLINEAR(a, b, c))
+#define GN_MAKE_CORNER(x, y) gn_light_corner(x, y)
+#define GN_MAKE_CORNERS(a, b, c)                                                                   \
+    GN_MAKE_CORNER(a - b, b - c), GN_MAKE_CORNER(b - c, c - a), GN_MAKE_CORNER(c - a, a - b)
+#define GN_MAKE_WEIGHTS(a, b, c) gn_light_weights(a, b, c)
 
 #define REAL(name, domain, value)                                                                  \
     if (constants.x == function++)                                                                 \
