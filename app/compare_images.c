@@ -76,8 +76,9 @@ static bool decode(gn_app *app, const uint8_t *bytes, size_t size, picture_file 
         return false;
     const size_t pixels = (size_t)file->width * file->height;
     file->rgb = gn_alloc(context, pixels, 3 * sizeof *file->rgb);
-    for (size_t i = 0; i < 3 * pixels && file->rgb; i++)
-        file->rgb[i] = (float)rgba[i / 3 * 4 + i % 3] * (1.0f / 255.0f);
+    for (size_t i = 0; i < pixels && file->rgb; i++)
+        for (size_t c = 0; c < 3; c++)
+            file->rgb[3 * i + c] = (float)rgba[4 * i + c] * (1.0f / 255.0f);
     gn_free(context, rgba);
     return file->rgb || gn_app_error(app, "%s: out of memory", file->path);
 }
