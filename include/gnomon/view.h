@@ -74,8 +74,8 @@ GN_API const gn_shadow_map *gn_history_map(const gn_history *history, uint32_t l
 /* A picture of a light buffer, size * size floats, rows from top to bottom: how many triangles the
  * lists of each cell hold, of the finest tile there; -1 where there is none. face: 0 for a sun; of
  * a point or spot light 0 to 5 (gn_light_face()). Shows *extent metres (a sun; chosen to hold all
- * tiles) or the whole face (extent 2). GN_ERROR_INVALID_ARGUMENT where the light has no light
- * buffer in this history. */
+ * cells that list anything) or the whole face (extent 2). GN_ERROR_INVALID_ARGUMENT where the light
+ * has no light buffer in this history. */
 GN_API gn_result gn_history_draw_light_buffer(const gn_history *history, uint32_t light,
                                               uint32_t face, uint32_t size, float *lengths,
                                               float *extent);

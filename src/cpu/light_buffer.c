@@ -411,48 +411,93 @@ static float length_at(const gn_light_tile *tile, const double place[2])
     return (float)entries;
 }
 
-/* A tile's share of a picture that shows the square from (left, top) on, rows downwards. */
-static void draw_tile(const gn_light_tile *tile, double left, double top, double side,
-                      uint32_t size, float *lengths)
+/* What a picture shows; rows run downwards. */
+typedef struct square {
+    double left, top, side;
+} square;
+
+static void draw_tile(const gn_light_tile *tile, const square *shown, uint32_t size, float *lengths)
 {
-    const double pixels = size / side;
-    const double x0 = (tile->centre[0] - tile->half - left) * pixels;
-    const double y0 = (top - tile->centre[1] - tile->half) * pixels;
+    const double pixels = size / shown->side;
+    const double x0 = (tile->centre[0] - tile->half - shown->left) * pixels;
+    const double y0 = (shown->top - tile->centre[1] - tile->half) * pixels;
     const double span = 2.0 * tile->half * pixels;
     for (double y = fmax(ceil(y0 - 0.5), 0.0); y < fmin(y0 + span - 0.5, size); y += 1.0)
         for (double x = fmax(ceil(x0 - 0.5), 0.0); x < fmin(x0 + span - 0.5, size); x += 1.0) {
-            const double place[2] = {left + (x + 0.5) / pixels, top - (y + 0.5) / pixels};
+            const double place[2] = {shown->left + (x + 0.5) / pixels,
+                                     shown->top - (y + 0.5) / pixels};
             lengths[(size_t)y * size + (size_t)x] = length_at(tile, place);
         }
+}
+
+static void draw_tiles(const gn_light_buffer *buffer, uint32_t face, const square *shown,
+                       uint32_t size, float *lengths)
+{
+    double finest = INFINITY, coarsest = 0.0;
+    for (uint32_t i = 0; i < buffer->tile_count; i++)
+        if (buffer->tiles[i]->face == face) {
+            finest = fmin(finest, buffer->tiles[i]->half);
+            coarsest = fmax(coarsest, buffer->tiles[i]->half);
+        }
+    for (size_t i = 0; i < (size_t)size * size; i++)
+        lengths[i] = -1.0f;
+    for (double half = coarsest; half >= finest; half *= 0.5)
+        for (uint32_t i = 0; i < buffer->tile_count; i++)
+            if (buffer->tiles[i]->face == face && buffer->tiles[i]->half == half &&
+                !buffer->tiles[i]->refused)
+                draw_tile(buffer->tiles[i], shown, size, lengths);
+}
+
+/* All tiles of a face. */
+static square around_tiles(const gn_light_buffer *buffer, uint32_t face)
+{
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    for (uint32_t i = 0; i < buffer->tile_count; i++) {
+        const gn_light_tile *tile = buffer->tiles[i];
+        for (int k = 0; k < 2 && tile->face == face; k++) {
+            low[k] = fmin(low[k], tile->centre[k] - tile->half);
+            high[k] = fmax(high[k], tile->centre[k] + tile->half);
+        }
+    }
+    const double side = fmax(fmax(high[0] - low[0], high[1] - low[1]), 0.0);
+    return (square){0.5 * (low[0] + high[0] - side), 0.5 * (low[1] + high[1] + side), side};
+}
+
+/* Tiles reach to the horizon, where nothing casts a shadow. Narrows a square to the pixels of it
+ * that have lists; false: they fill most of it, or there are none. */
+static bool narrow(const float *lengths, uint32_t size, square *shown)
+{
+    uint32_t low[2] = {size, size}, high[2] = {0, 0};
+    for (uint32_t y = 0; y < size; y++)
+        for (uint32_t x = 0; x < size; x++)
+            if (lengths[(size_t)y * size + x] > 0.0f) {
+                low[0] = x < low[0] ? x : low[0];
+                high[0] = x >= high[0] ? x + 1 : high[0];
+                low[1] = y < low[1] ? y : low[1];
+                high[1] = y + 1;
+            }
+    if (low[0] >= high[0])
+        return false;
+    const double pixel = shown->side / size;
+    /* A pixel more on all sides: what has lists may lie between the centres of two. */
+    const double width = high[0] - low[0] + 2.0, height = high[1] - low[1] + 2.0;
+    const double side = fmax(width, height) * pixel;
+    if (side > 0.75 * shown->side)
+        return false;
+    shown->left += 0.5 * (low[0] + high[0]) * pixel - 0.5 * side;
+    shown->top -= 0.5 * (low[1] + high[1]) * pixel - 0.5 * side;
+    shown->side = side;
+    return true;
 }
 
 void gn_light_buffer_draw(const gn_light_buffer *buffer, uint32_t face, uint32_t size,
                           float *lengths, float *extent)
 {
     const bool central = buffer->frame.central;
-    const uint32_t shown = central ? face : GN_SUN_FACE;
-    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
-    double finest = INFINITY, coarsest = 0.0;
-    for (uint32_t i = 0; i < buffer->tile_count; i++) {
-        const gn_light_tile *tile = buffer->tiles[i];
-        if (tile->face != shown)
-            continue;
-        for (int k = 0; k < 2; k++) {
-            low[k] = fmin(low[k], tile->centre[k] - tile->half);
-            high[k] = fmax(high[k], tile->centre[k] + tile->half);
-        }
-        finest = fmin(finest, tile->half);
-        coarsest = fmax(coarsest, tile->half);
-    }
-    const double side = central ? 2.0 : fmax(high[0] - low[0], high[1] - low[1]);
-    const double left = central ? -1.0 : 0.5 * (low[0] + high[0] - side);
-    const double top = central ? 1.0 : 0.5 * (low[1] + high[1] + side);
-    *extent = side > 0.0 ? (float)side : 0.0f;
-    for (size_t i = 0; i < (size_t)size * size; i++)
-        lengths[i] = -1.0f;
-    for (double half = coarsest; half >= finest; half *= 0.5)
-        for (uint32_t i = 0; i < buffer->tile_count; i++)
-            if (buffer->tiles[i]->face == shown && buffer->tiles[i]->half == half &&
-                !buffer->tiles[i]->refused)
-                draw_tile(buffer->tiles[i], left, top, side, size, lengths);
+    const uint32_t drawn = central ? face : GN_SUN_FACE;
+    square shown = central ? (square){-1.0, 1.0, 2.0} : around_tiles(buffer, drawn);
+    do
+        draw_tiles(buffer, drawn, &shown, size, lengths);
+    while (!central && narrow(lengths, size, &shown));
+    *extent = (float)shown.side;
 }
