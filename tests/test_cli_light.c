@@ -178,7 +178,8 @@ static void test_aovs(void **state)
             const size_t count = i ? 1024 * 1024 : PIXELS;
             const unsigned nothing = count_grey(pixels, count, 0),
                            none = count_grey(pixels, count, 96);
-            if (i == 0 && !(count - nothing <= get_number(frame, "rays") && nothing < count))
+            if (i == 0 &&
+                !((double)(count - nothing) <= get_number(frame, "rays") && nothing < count))
                 fail_msg("%s: %zu of %zu pixels have lists, of %g rays", name, count - nothing,
                          count, get_number(frame, "rays"));
             if (nothing + none == count || (i == 0 && none > 0))
