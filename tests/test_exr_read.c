@@ -84,7 +84,7 @@ static void test_own_files(void **state)
     fill_values();
     float plane[PIXELS], grey[3 * PIXELS];
     for (size_t i = 0; i < PIXELS; i++) {
-        plane[i] = 1.0f / (float)(i + 3);
+        plane[i] = (float)i / 2048.0f;
         grey[3 * i] = grey[3 * i + 1] = grey[3 * i + 2] = plane[i];
     }
     const gn_layer layers[] = {
@@ -99,6 +99,21 @@ static void test_own_files(void **state)
     assert_int_equal(gn_write_exr(device(), path, WIDTH, HEIGHT, &luminance, 1, NULL, 0), GN_OK);
     load();
     expect_pixels(grey);
+    /* With channels before and behind it that are not read. */
+    static const char *const others[] = {"Z", "ZX", "ZXW", "ABCD"};
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+        for (int full = 0; full < 2; full++) {
+            const gn_layer more[] = {
+                {NULL, "Y", {grey}, 3, full},
+                {NULL, others[i], {plane, plane, plane, plane}, 1, full},
+                {"b", "Y", {plane}, 1, full},
+            };
+            for (uint32_t count = 2; count < 4; count++) {
+                gn_write_exr(device(), path, WIDTH, HEIGHT, more, count, NULL, 0);
+                load();
+                expect_pixels(grey);
+            }
+        }
     assert_int_equal(gn_write_exr(device(), path, WIDTH, HEIGHT, layers, 1, NULL, 0), GN_OK);
     load();
     expect_refusal(GN_ERROR_UNSUPPORTED, "neither channels R, G and B nor Y");

@@ -20,6 +20,7 @@ typedef struct exr_file {
     uint32_t tile[2];   /* columns and rows of a chunk */
     int16_t channel[3]; /* of red, green, blue; the same where there is luminance alone */
     float *rgb;
+    float *unread; /* a row for all that is not asked for: OpenEXR 3.1 may write it to NULL */
 } exr_file;
 
 static gn_result fail(const exr_file *file, gn_result result, const char *reason)
@@ -162,13 +163,16 @@ static gn_result read_chunk(exr_file *file, exr_decode_pipeline_t *pipeline, uin
     const bool first = pipeline->channels == NULL;
     GN_TRY(check(file, first ? exr_decoding_initialize(file->exr, 0, &chunk, pipeline)
                              : exr_decoding_update(file->exr, 0, &chunk, pipeline)));
-    for (int16_t i = 0; i < pipeline->channel_count; i++)
-        pipeline->channels[i].decode_to_ptr = NULL;
-    for (int c = 2; c >= 0; c--) { /* luminance alone goes into the first */
-        exr_coding_channel_info_t *channel = &pipeline->channels[file->channel[c]];
+    for (int16_t i = 0; i < pipeline->channel_count; i++) {
+        exr_coding_channel_info_t *channel = &pipeline->channels[i];
         channel->user_bytes_per_element = sizeof(float);
         channel->user_data_type = EXR_PIXEL_FLOAT;
         channel->user_pixel_stride = 3 * sizeof(float);
+        channel->user_line_stride = 0;
+        channel->decode_to_ptr = (uint8_t *)file->unread;
+    }
+    for (int c = 2; c >= 0; c--) { /* luminance alone goes into the first */
+        exr_coding_channel_info_t *channel = &pipeline->channels[file->channel[c]];
         channel->user_line_stride = (int32_t)(3 * sizeof(float) * file->width);
         channel->decode_to_ptr =
             (uint8_t *)(file->rgb + 3 * ((size_t)y * file->width + x) + (size_t)c);
@@ -182,7 +186,8 @@ static gn_result read_pixels(exr_file *file)
 {
     const size_t pixels = (size_t)file->width * file->height;
     file->rgb = gn_alloc(file->context, pixels, 3 * sizeof *file->rgb);
-    if (!file->rgb)
+    file->unread = gn_alloc(file->context, file->width, 3 * sizeof *file->unread);
+    if (!file->rgb || !file->unread)
         return fail(file, GN_ERROR_OUT_OF_MEMORY, "out of memory");
     exr_decode_pipeline_t pipeline = EXR_DECODE_PIPELINE_INITIALIZER;
     const uint32_t columns = file->tile[0] ? file->tile[0] : file->width;
@@ -218,6 +223,7 @@ gn_result gn_exr_decode(gn_context *context, const char *name, const void *data,
         result = read_pixels(&file);
     if (file.exr)
         exr_finish(&file.exr);
+    gn_free(context, file.unread);
     if (result != GN_OK) {
         gn_free(context, file.rgb);
         return result;
