@@ -22,6 +22,7 @@
 typedef struct gn_light_frame {
     bool central;
     double origin[3], axes[3][3];
+    double clip; /* metres around a lamp in which nothing casts a shadow */
 } gn_light_frame;
 
 enum { GN_LIGHT_FACES = 6, GN_SUN_FACE = 4 };

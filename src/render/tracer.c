@@ -29,11 +29,12 @@ static void set_axes(const float direction[3], double axes[3][3])
         y[i] = z[(i + 1) % 3] * x[(i + 2) % 3] - z[(i + 2) % 3] * x[(i + 1) % 3];
 }
 
-static gn_light_frame frame_of(const gn_light *light)
+static gn_light_frame frame_of(const gn_light *light, float clip)
 {
     gn_light_frame frame;
     memset(&frame, 0, sizeof frame); /* frames are compared, padding and all */
     frame.central = light->desc.type != GN_LIGHT_DIRECTIONAL;
+    frame.clip = frame.central ? (double)clip : 0.0;
     for (int i = 0; i < 3; i++) {
         frame.origin[i] = frame.central ? (double)light->position[i] : 0.0;
         frame.axes[i][i] = 1.0;
@@ -51,7 +52,7 @@ gn_result gn_choose_tracer(const gn_scene *scene, const gn_visibility_desc *desc
     if (desc->tracer != GN_TRACER_LIGHT_BUFFER)
         return GN_OK;
     const gn_light *light = &scene->lights[desc->light];
-    const gn_light_frame frame = frame_of(light);
+    const gn_light_frame frame = frame_of(light, desc->point_light_clip);
     size_t others;
     gn_light_buffer *buffer;
     GN_TRY(gn_history_reserve_light_buffer(history, scene, desc->light, &buffer, &others));
