@@ -330,6 +330,14 @@ static bool refresh_moving(gn_light_buffer *buffer)
     return complete;
 }
 
+static bool has_moving(const gn_light_buffer *buffer)
+{
+    uint32_t count = 0;
+    for (uint32_t face = 0; face < GN_LIGHT_FACES; face++)
+        count += buffer->items[GN_CASTERS_DYNAMIC][face].count;
+    return count > 0;
+}
+
 gn_result gn_light_buffer_update(gn_light_buffer *buffer, const gn_scene *scene,
                                  const gn_light_frame *frame, size_t limit)
 {
@@ -352,12 +360,11 @@ gn_result gn_light_buffer_update(gn_light_buffer *buffer, const gn_scene *scene,
             return fail_memory(buffer);
     }
     if (!same || buffer->transform_version != scene->transform_version) {
+        /* Casters that have vanished were there before. */
+        const bool before = has_moving(buffer);
         if (!list_casters(buffer, GN_CASTERS_DYNAMIC))
             return fail_memory(buffer);
-        uint32_t moving = 0;
-        for (uint32_t face = 0; face < GN_LIGHT_FACES; face++)
-            moving += buffer->items[GN_CASTERS_DYNAMIC][face].count;
-        if (moving > 0 || !same)
+        if (!same || before || has_moving(buffer))
             buffer->moved++;
     }
     buffer->scene_number = scene->number;
