@@ -3,8 +3,8 @@
  * bits; within any limit of memory. */
 #include "light_buffer_testing.h"
 
-#define WIDTH  256
-#define HEIGHT 144
+#define WIDTH  192
+#define HEIGHT 108
 #define PIXELS (WIDTH * HEIGHT)
 
 /* A sun, a lamp and a spot light besides the scene's own, over the middle of what it holds. */

@@ -240,7 +240,7 @@ static void test_planes(void **state)
 {
     (void)state;
     size_t rays = 0;
-    for (int k = 0; k < 40; k++) {
+    for (int k = 0; k < 30; k++) {
         const vec n = direction(), s = unit(cross(n, direction())), t = cross(n, s);
         const double size = size_in(1e-3, 1e4), far = size * size_in(0.01, 100);
         const vec middle = mul(direction(), far);
@@ -253,13 +253,12 @@ static void test_planes(void **state)
             add_three(&triangles, corner[0], corner[1], corner[2]);
         }
         gn_scene *scene = new_scene();
-        /* Exactly in one plane where that can be: axes. */
         place(scene, add_soup(scene, &triangles), k & 1);
         const uint32_t camera = add_camera(scene, add(middle, mul(add(n, mul(s, in(-1, 1))), size)),
                                            middle, 0.8, 1e-3 * size);
         add_sun(scene, add(n, mul(t, size_in(0.1, 100))));
         add_lamp(scene, add(middle, add(mul(n, size * size_in(0.02, 10)), mul(s, size))));
-        gn_view *view = new_view(64, 64);
+        gn_view *view = new_view(48, 48);
         const gn_gbuffer *g = look(view, scene, camera, 0);
         for (uint32_t light = 0; light < 2; light++) {
             tally sum = {0};
@@ -272,7 +271,7 @@ static void test_planes(void **state)
         free(triangles.corners);
     }
     print_message("%zu rays from planes\n", rays);
-    assert_true(rays > 50000);
+    assert_true(rays > 20000);
 }
 
 /* A convex shape is lit wherever it faces the light, from grazing angles on. */
@@ -281,7 +280,7 @@ static void test_no_acne(void **state)
     (void)state;
     static const double sizes[] = {1, 1e-3, 1e3};
     size_t rays = 0;
-    for (int k = 0; k < 12; k++) {
+    for (int k = 0; k < 9; k++) {
         const double size = sizes[k % 3];
         const vec middle = mul(direction(), k % 2 ? 300 * size : 0);
         gn_scene *scene = new_scene();
@@ -295,16 +294,16 @@ static void test_no_acne(void **state)
             add_camera(scene, add(middle, mul(direction(), 3 * size)), middle, 0.8, 0.01 * size);
         add_sun(scene, direction());
         add_lamp(scene, add(middle, mul(direction(), 4 * size)));
-        gn_view *view = new_view(128, 128);
+        gn_view *view = new_view(96, 96);
         const gn_gbuffer *g = look(view, scene, camera, 0);
-        float *visibility = calloc(128 * 128, sizeof *visibility);
+        float *visibility = calloc((size_t)96 * 96, sizeof *visibility);
         assert_non_null(visibility);
         for (uint32_t light = 0; light < 2; light++) {
             tally sum = {0};
             const gn_visibility_desc desc = ray_desc("ray", light, GN_TRACER_AUTO);
             compare_tracers(scene, g, &desc, visibility, &sum, "sphere");
             rays += sum.rays;
-            for (size_t i = 0; i < 128 * 128; i++) {
+            for (size_t i = 0; i < (size_t)96 * 96; i++) {
                 if (g->surface[i] == GN_NONE)
                     continue;
                 const double cosine =
@@ -319,7 +318,7 @@ static void test_no_acne(void **state)
         gn_scene_destroy(&scene);
     }
     print_message("%zu rays from spheres\n", rays);
-    assert_true(rays > 40000);
+    assert_true(rays > 20000);
 }
 
 int main(void)
