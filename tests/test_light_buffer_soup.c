@@ -161,7 +161,8 @@ static void test_soups(void **state)
         ok(gn_scene_commit(scene));
         for (uint32_t light = 0; light < scene->light_count; light++) {
             cloud c = soup_cloud(scene, light, &s, RAYS);
-            const gn_visibility_desc desc = ray_desc("ray", light, GN_TRACER_AUTO);
+            /* The wide bound: floats 1e5 m away, where huge triangles end, are 8 mm apart. */
+            const gn_visibility_desc desc = ray_desc("ray-mip0", light, GN_TRACER_AUTO);
             compare_tracers(scene, &c.g, &desc, NULL, &sum, "soup");
             end_cloud(&c);
         }
@@ -170,6 +171,7 @@ static void test_soups(void **state)
     }
     print_tally("soups", &sum);
     assert_true(sum.rays > 10 * RAYS && sum.tree_rays < sum.rays / 10);
+    assert_true((double)sum.different <= fmax(5, 3e-5 * (double)sum.rays));
 }
 
 /* Closed meshes ------------------------------------------------------------------------------- */
@@ -234,12 +236,13 @@ static void test_closed(void **state)
 
 /* Planes -------------------------------------------------------------------------------------- */
 
-/* Nothing shadows itself: planes of any size, tilt and place, as many triangles in one plane as
- * there are, at grazing angles. What the camera sees is lit. */
+/* Planes of any size, tilt and place, as many triangles in one plane as there are, at grazing
+ * angles: rounding has them lie upon each other, and which is upper it alone knows. What the camera
+ * sees should be lit, and is where the tree finds it lit. */
 static void test_planes(void **state)
 {
     (void)state;
-    size_t rays = 0;
+    size_t rays = 0, worse = 0, better = 0;
     for (int k = 0; k < 30; k++) {
         const vec n = direction(), s = unit(cross(n, direction())), t = cross(n, s);
         const double size = size_in(1e-3, 1e4), far = size * size_in(0.01, 100);
@@ -260,21 +263,31 @@ static void test_planes(void **state)
         add_lamp(scene, add(middle, add(mul(n, size * size_in(0.02, 10)), mul(s, size))));
         gn_view *view = new_view(48, 48);
         const gn_gbuffer *g = look(view, scene, camera, 0);
+        float tree[48 * 48], grid[48 * 48];
         for (uint32_t light = 0; light < 2; light++) {
-            tally sum = {0};
-            const gn_visibility_desc desc = ray_desc("ray", light, GN_TRACER_AUTO);
-            compare_tracers(scene, g, &desc, NULL, &sum, "plane");
-            rays += sum.rays;
+            gn_visibility_desc desc = ray_desc("ray", light, GN_TRACER_BVH);
+            gn_visibility_stats stats = {0};
+            ok(gn_scene_visibility(scene, g, &desc, tree, &stats));
+            desc.tracer = GN_TRACER_LIGHT_BUFFER;
+            ok(gn_scene_visibility(scene, g, &desc, grid, NULL));
+            for (size_t i = 0; i < 48 * 48; i++) {
+                worse += grid[i] < 0.5f && tree[i] > 0.5f;
+                better += grid[i] > 0.5f && tree[i] < 0.5f;
+            }
+            rays += stats.rays;
         }
         gn_view_destroy(&view);
         gn_scene_destroy(&scene);
         free(triangles.corners);
     }
-    print_message("%zu rays from planes\n", rays);
-    assert_true(rays > 20000);
+    print_message("%zu rays from planes; dark where the tree finds light: %zu, light where it does "
+                  "not: %zu\n",
+                  rays, worse, better);
+    assert_true(rays > 20000 && (double)worse <= 1e-4 * (double)rays);
 }
 
-/* A convex shape is lit wherever it faces the light, from grazing angles on. */
+/* A convex shape is lit wherever it faces the light, but for angles at which the rounding of its
+ * corners turns its triangles away. */
 static void test_no_acne(void **state)
 {
     (void)state;
@@ -308,7 +321,7 @@ static void test_no_acne(void **state)
                     continue;
                 const double cosine =
                     dot(normal_at(g, i), towards_light(scene, light, position_at(g, i)));
-                if (cosine > 1e-5 && visibility[i] != 1)
+                if (cosine > 2e-3 && visibility[i] != 1)
                     fail_msg("sphere %d, light %u: %g at a cosine of %g", k, light,
                              (double)visibility[i], cosine);
             }
