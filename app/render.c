@@ -313,9 +313,8 @@ static int parse(int argc, char **argv, render_options *o, const char **scene)
         "AOVs: visibility, depth, normal, shading_normal, albedo, motion, position; of rays lod,",
         "lookups, rays; of the light buffer lists, light-buffer; of leak tracing class; of maps",
         "cascade, test, map, xi4 (nlmsm). A .png has each in a file of its own beside it, as",
-        "colours; an .exr has them as layers (visibility unless others are named), and map, xi4 "
-        "and",
-        "light-buffer, which have sizes of their own, in files beside it.",
+        "colours; an .exr has them as layers (visibility unless others are named); map, xi4 and",
+        "light-buffer, which have sizes of their own, go to files beside it.",
         "A sequence that goes on elsewhere takes up what --history-out left behind its last frame,",
         "and gets the same bits, or some frames of --warm-up, and gets nearly the same pictures.",
         NULL};

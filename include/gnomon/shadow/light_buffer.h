@@ -22,9 +22,9 @@
  * The edge functions of an edge's two triangles are each other's negative to the bit, and a ray
  * that meets an edge exactly belongs to one of its sides by the edge's direction. So a ray that
  * crosses a closed surface crosses a triangle of it: no light comes through between two, and no
- * occluder counts twice. (A weight is of the right sign or 0. Where it is rounded to 0 for two edges
- * of one triangle, a sliver in line with the ray but for 2^-23 of its distance, the answer may be
- * that of a ray as far beside.) Triangles block from both sides.
+ * occluder counts twice. (A weight is of the right sign or 0. Where it is rounded to 0 for two
+ * edges of one triangle, a sliver in line with the ray but for 2^-23 of its distance, the answer
+ * may be that of a ray as far beside.) Triangles block from both sides.
  *
  * Frames. Parallel light: x and y in metres across its direction, relative to the cell's centre;
  * depth in metres along it. Central light (point and spot): a corner is (X - cx W, Y - cy W, W),
@@ -86,8 +86,8 @@ GN_FN mask gn_light_side(real weight, gn_light_corner a, gn_light_corner b)
                  gn_and(weight == 0.0f, gn_or(a.y < b.y, gn_and(a.y == b.y, a.x < b.x))));
 }
 
-/* Does the ray's line meet the triangle, before or behind a central light? Whatever way the triangle
- * faces. Never for triangles without area. */
+/* Does the ray's line meet the triangle, before or behind a central light? Whatever way the
+ * triangle faces. Never for triangles without area. */
 GN_FN mask gn_light_covers(gn_light_corner a, gn_light_corner b, gn_light_corner c,
                            gn_light_weights w)
 {
