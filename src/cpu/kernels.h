@@ -12,20 +12,21 @@
 #define GN_PACKET 16u /* rays a packet */
 #define GN_STRIP  8u  /* rows of a strip: a thread's piece of work where maps are read */
 
-/* Shadow rays as a tracer gets them, and its answer. Directions have unit length. */
-typedef struct gn_shadow_packet {
-    uint32_t count; /* <= GN_PACKET; lanes behind it hold copies of lane 0 */
-    float origin[3][GN_PACKET];
-    float direction[3][GN_PACKET]; /* towards the light */
-    float distance[GN_PACKET];     /* where the ray ends; INFINITY for a sun */
-    float cone_width[GN_PACKET];   /* at the origin, before Hit */
-    float cone_angle[GN_PACKET];
-    float visibility[GN_PACKET]; /* out: before the cutoff's rescaling; 0: blocked */
-    float lod[GN_PACKET];        /* out, where statistics are asked for */
-    float lookups[GN_PACKET];    /* out, likewise */
-    float entries[GN_PACKET];    /* out, likewise: gn_visibility_stats.entries */
-    bool missed;                 /* out: not all of it is answered (gn_tracer.patient) */
-} gn_shadow_packet;
+/* Shadow rays as a tracer gets them, those of a tile at most, and its answer. Directions have unit
+ * length. Rays that lie close together should follow each other. */
+enum { GN_RAYS = GN_TILE * GN_TILE };
+typedef struct gn_shadow_rays {
+    uint32_t count; /* <= GN_RAYS */
+    float origin[3][GN_RAYS];
+    float direction[3][GN_RAYS]; /* towards the light */
+    float distance[GN_RAYS];     /* where the ray ends; INFINITY for a sun */
+    float cone_width[GN_RAYS];   /* at the origin, before Hit */
+    float cone_angle[GN_RAYS];
+    float visibility[GN_RAYS]; /* out: before the cutoff's rescaling; 0: blocked */
+    float lod[GN_RAYS];        /* out, where statistics are asked for */
+    float lookups[GN_RAYS];    /* out, likewise */
+    float entries[GN_RAYS];    /* out, likewise: gn_visibility_stats.entries */
+} gn_shadow_rays;
 
 /* The ray query's context as the filters see it: Embree's own, and behind it ours. */
 typedef struct gn_query {
@@ -51,7 +52,8 @@ typedef struct gn_tracer {
     bool rescaled;   /* read the mips that keep their share of passing texels */
     bool statistics; /* fill lod and lookups; no early end, so that they do not depend on order */
     int32_t depth_limit; /* optical depth (alpha.h) at which a ray ends */
-    void (*trace)(const struct gn_tracer *tracer, gn_shadow_packet *packet);
+    /* false: a patient tracer left some for later; none is answered. */
+    bool (*trace)(const struct gn_tracer *tracer, gn_shadow_rays *rays);
 } gn_tracer;
 
 typedef struct gn_visibility_job {
@@ -102,8 +104,8 @@ typedef gn_light_outcome (*gn_light_tile_builder)(const struct gn_light_buffer *
 typedef struct gn_kernels {
     const char *name;
     RTCFilterFunctionN intersect_filter, occluded_filter;
-    void (*trace)(const gn_tracer *tracer, gn_shadow_packet *packet);
-    void (*trace_light)(const gn_tracer *tracer, gn_shadow_packet *packet);
+    bool (*trace)(const gn_tracer *tracer, gn_shadow_rays *rays);
+    bool (*trace_light)(const gn_tracer *tracer, gn_shadow_rays *rays);
     gn_light_tile_builder light_tile; /* light_buffer.h */
     void (*gbuffer_tile)(const gn_gbuffer_job *job, uint32_t tile);
     uint64_t (*visibility_tile)(const gn_visibility_job *job, uint32_t tile); /* rays traced */
