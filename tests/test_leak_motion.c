@@ -325,6 +325,45 @@ static void test_units(void **state)
     }
 }
 
+/* Single depths are read four by four, whatever reading is asked for, and the layers' margins are
+ * those of four. */
+static void test_readings(void **state)
+{
+    (void)state;
+    gn_method depth = *gn_method_find("lt-vsm");
+    depth.map = gn_method_find("sm")->map;
+    static const gn_map_reading readings[] = {GN_READING_BILINEAR, GN_READING_AUTO,
+                                              GN_READING_NEAREST, GN_READING_BLUE_NOISE};
+    enum { READINGS = sizeof readings / sizeof *readings };
+    for (int kind = 0; kind < 2; kind++) {
+        stage s = court();
+        s.map.refresh = 1;
+        run runs[READINGS];
+        for (int k = 0; k < READINGS; k++) {
+            runs[k] = new_run(&s, "lt-vsm");
+            if (kind > 0)
+                runs[k].method = &depth;
+        }
+        for (s.frame = 0; s.frame < 3; s.frame++) {
+            show(&s, s.frame / 10.0);
+            for (int k = 0; k < READINGS; k++) {
+                s.map.reading = readings[k];
+                step(&s, &runs[k]);
+                const run *one = &runs[0], *other = &runs[k];
+                const size_t layers = count_different(one->layer, other->layer, PIXELS, 0.0f);
+                const size_t tests = count_different(one->test, other->test, PIXELS, 0.0f);
+                if (layers + tests > 0)
+                    fail_msg("%s, reading %d, frame %u: %zu layers and %zu tests differ",
+                             kind > 0 ? "depth" : "vsm", (int)readings[k], s.frame, layers, tests);
+                assert_true(other->counts.tested > PIXELS / 4);
+            }
+        }
+        for (int k = 0; k < READINGS; k++)
+            end_run(&runs[k]);
+        end_stage(&s);
+    }
+}
+
 /* Visibility and classes of a few frames, one after the other. */
 static float *sequence(uint32_t threads, gn_isa isa, const char *method)
 {
@@ -389,7 +428,8 @@ int main(void)
         cmocka_unit_test(test_moving_caster), cmocka_unit_test(test_no_removal_where_moving),
         cmocka_unit_test(test_sun),           cmocka_unit_test(test_cuts),
         cmocka_unit_test(test_lamps),         cmocka_unit_test(test_many_lights),
-        cmocka_unit_test(test_units),         cmocka_unit_test(test_machines),
+        cmocka_unit_test(test_units),         cmocka_unit_test(test_readings),
+        cmocka_unit_test(test_machines),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

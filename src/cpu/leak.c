@@ -91,8 +91,6 @@ gn_result gn_cpu_leak(const gn_cpu *cpu, gn_leak_job *job, const gn_visibility_d
     GN_TRY(gn_map_reader_make(context, &job->map, &reader));
     /* Which of four depths, not how much of each: do they agree? */
     reader.even = job->map.format.kind == GN_MAP_PCF || job->map.format.kind == GN_MAP_DEPTH;
-    if (job->map.format.kind == GN_MAP_DEPTH || job->map.format.single_depth)
-        reader.reading = GN_READING_BILINEAR;
     gn_cpu_prepare_rays(&job->rays, desc);
     gn_leak_run leak = {.job = job,
                         .reader = &reader,

@@ -102,8 +102,10 @@ static gn_map_desc leak_settings(const gn_map_format *format, const gn_map_desc 
      * everything. */
     if (settings.normal_bias < 0.0f && format->kind >= GN_MAP_VSM)
         settings.normal_bias = 0.0f;
-    /* Noise would have every neighbour change its mind from frame to frame. */
-    if (settings.reading == GN_READING_AUTO && format->kind == GN_MAP_NLMSM)
+    /* One depth is always sure: four are asked whether they agree. Noise would have every neighbour
+     * change its mind from frame to frame. */
+    if (format->kind == GN_MAP_DEPTH || format->single_depth ||
+        (format->kind == GN_MAP_NLMSM && settings.reading == GN_READING_AUTO))
         settings.reading = GN_READING_BILINEAR;
     return settings;
 }
