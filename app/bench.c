@@ -99,6 +99,27 @@ static void print_leaks(const gn_bench_result *result, double pixels)
         "trace and maps: mean ms.\n");
 }
 
+/* Steadiness once more, real motion taken off. */
+static void print_residuals(const gn_bench_result *result)
+{
+    if (!result->residual)
+        return;
+    const int width = name_width(result);
+    const gn_bench_row *rival = find_rival(result);
+    printf("\n%-*s%9s%8s%9s%8s\n", width, "residual", "flicker", "/ mip0", "toggles", "/ mip0");
+    for (uint32_t i = 0; i < result->count; i++) {
+        const gn_bench_row *row = &result->rows[i];
+        if (!row->timed)
+            continue;
+        printf("%-*s%9.3f", width, row->name, row->residual_flicker * 1e3);
+        print_cell(rival ? ratio(row->residual_flicker, rival->residual_flicker) : -1, "%*.3f", 8);
+        printf("%9.3f", row->residual_toggles * 1e3);
+        print_cell(rival ? ratio(row->residual_toggles, rival->residual_toggles) : -1, "%*.3f", 8);
+        printf("\n");
+    }
+    printf("residual: after the change of the reference from frame to frame is taken off.\n");
+}
+
 static void print_table(const gn_app *app, const gn_bench_options *o, const gn_bench_result *result)
 {
     const gn_bench_row *rival = find_rival(result);
@@ -141,6 +162,7 @@ static void print_table(const gn_app *app, const gn_bench_options *o, const gn_b
         }
         printf("\n");
     }
+    print_residuals(result);
     print_maps(result, pixels);
     print_leaks(result, pixels * app->light_count);
     gn_bench_print_tracing(app, result, width);
@@ -173,8 +195,8 @@ static void add_spread(cJSON *json, const char *prefix, gn_spread spread)
 /* Frame by frame, for plots. */
 static void add_series(cJSON *json, const gn_bench_result *result, const gn_bench_row *row)
 {
-    static const char *const keys[] = {"ms",     "rays",   "wrong",  "mean_abs",
-                                       "map_ms", "fitted", "pending"};
+    static const char *const keys[] = {"ms",     "rays",   "wrong",   "mean_abs",
+                                       "map_ms", "fitted", "pending", "flicker"};
     enum { COUNT = sizeof keys / sizeof *keys };
     cJSON *list = cJSON_AddObjectToObject(json, "series"), *arrays[COUNT];
     for (int k = 0; k < COUNT; k++)
@@ -182,10 +204,14 @@ static void add_series(cJSON *json, const gn_bench_result *result, const gn_benc
     for (uint32_t f = 0; f < result->frame_count; f++) {
         const gn_bench_frame *frame = &row->frames[f];
         const gn_app_cost *cost = &frame->cost;
-        const double values[COUNT] = {
-            cost->total,     (double)cost->tracing.rays,      frame->wrong,
-            frame->mean_abs, cost->shadow_map + cost->filter, cost->fitted,
-            cost->pending};
+        const double values[COUNT] = {cost->total,
+                                      (double)cost->tracing.rays,
+                                      frame->wrong,
+                                      frame->mean_abs,
+                                      cost->shadow_map + cost->filter,
+                                      cost->fitted,
+                                      cost->pending,
+                                      frame->flicker}; /* NaN is written as null */
         for (int k = 0; k < COUNT; k++)
             cJSON_AddItemToArray(arrays[k], cJSON_CreateNumber(values[k]));
     }
@@ -272,6 +298,16 @@ static void add_method(cJSON *methods, const gn_app *app, const gn_bench_result 
         if (rival) {
             cJSON_AddNumberToObject(json, "flicker_ratio", ratio(row->flicker, rival->flicker));
             cJSON_AddNumberToObject(json, "toggles_ratio", ratio(row->toggles, rival->toggles));
+        }
+    }
+    if (result->residual && row->timed) {
+        cJSON_AddNumberToObject(json, "residual_flicker", row->residual_flicker);
+        cJSON_AddNumberToObject(json, "residual_toggles", row->residual_toggles);
+        if (rival) {
+            cJSON_AddNumberToObject(json, "residual_flicker_ratio",
+                                    ratio(row->residual_flicker, rival->residual_flicker));
+            cJSON_AddNumberToObject(json, "residual_toggles_ratio",
+                                    ratio(row->residual_toggles, rival->residual_toggles));
         }
     }
     if (result->referenced) {
@@ -384,7 +420,7 @@ int gn_app_bench(int argc, char **argv)
         GN_COUNT("reference", 0, "SPP", &bench.reference, 0, 4096,
                  "also measure error against SPP samples a pixel; default 0: not"),
         GN_COUNT("reference-frames", 0, "N", &bench.reference_frames, 1, 100000,
-                 "frames that get a reference, default 3; with all, its steadiness is shown too"),
+                 "frames that get a reference, default 3; with all, residual flicker is shown too"),
         GN_APP_SHOT_OPTIONS(common),
         GN_APP_TIME_OPTION(common),
         GN_APP_MAP_OPTIONS(common),

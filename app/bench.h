@@ -26,6 +26,7 @@ typedef struct gn_bench_frame {
     gn_app_cost cost;       /* of the fastest repeat */
     double slowest;         /* repeat, milliseconds */
     double wrong, mean_abs; /* against its yardstick */
+    double flicker;         /* since the frame before; NaN in the first */
 } gn_bench_frame;
 
 /* What one method did, over all frames. */
@@ -53,7 +54,9 @@ typedef struct gn_bench_row {
     size_t map_bytes, mask_bytes;
     bool steady;             /* flicker and toggles were measured */
     double flicker, toggles; /* docs/metrics.md */
-    double mse, mean;        /* against the reference; mean visibility of the same frames */
+    /* The same after the reference's change is taken off, where every frame has a reference. */
+    double residual_flicker, residual_toggles;
+    double mse, mean; /* against the reference; mean visibility of the same frames */
 } gn_bench_row;
 
 typedef struct gn_bench_result {
@@ -63,6 +66,7 @@ typedef struct gn_bench_result {
     gn_bench_frame *frames;    /* frame_count for each method */
     gn_spread gbuffer, update; /* milliseconds a frame */
     uint32_t referenced;       /* frames that had a reference */
+    bool residual;             /* every frame had one: residual flicker was measured */
     double reference_mean;     /* mean visibility */
     uint64_t rays;             /* of tracing all, a frame, mean */
 } gn_bench_result;

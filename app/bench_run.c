@@ -22,6 +22,7 @@ typedef struct runner {
     size_t pixels, plane_floats; /* of a frame; of all lights of a frame */
     float *planes;               /* method_count + 1 sets of visibility */
     gn_flicker_state *states;    /* a method and light each */
+    gn_flicker_state *residuals; /* the same less the reference */
     double *series;              /* a number a frame, for a moment */
     double *gbuffer, *update;
     uint32_t measured, reference_frames;
@@ -97,17 +98,44 @@ static void compare_methods(runner *r, uint32_t frame)
     }
 }
 
-static void add_flicker(runner *r, uint32_t row, const float *planes, bool first)
+/* What changed since the frame before, the mean of the lights. reference: of all lights, or NULL.
+ */
+static gn_flicker find_flicker(runner *r, gn_flicker_state *states, const float *planes,
+                               const float *reference)
 {
     const gn_gbuffer *g = gn_view_gbuffer(r->view);
-    for (uint32_t i = 0; i < r->app->light_count; i++) {
-        const gn_flicker f = gn_measure_flicker(&r->states[row * r->app->light_count + i], g,
-                                                planes + i * r->pixels);
-        if (!first) {
-            r->result->rows[row].flicker += f.flicker / r->app->light_count;
-            r->result->rows[row].toggles += f.toggles / r->app->light_count;
-        }
+    const uint32_t lights = r->app->light_count;
+    gn_flicker mean = {0};
+    for (uint32_t i = 0; i < lights; i++) {
+        const gn_flicker f = gn_measure_residual_flicker(
+            &states[i], g, planes + i * r->pixels, reference ? reference + i * r->pixels : NULL);
+        mean.flicker += f.flicker / lights;
+        mean.toggles += f.toggles / lights;
     }
+    return mean;
+}
+
+/* The first frame has none before it. */
+static void add_flicker(runner *r, uint32_t row)
+{
+    const gn_flicker f =
+        find_flicker(r, r->states + row * r->app->light_count, planes_of(r, row), NULL);
+    if (row < r->method_count)
+        frame_of(r, row, r->measured)->flicker = r->measured > 0 ? f.flicker : NAN;
+    if (r->measured == 0)
+        return;
+    r->result->rows[row].flicker += f.flicker;
+    r->result->rows[row].toggles += f.toggles;
+}
+
+static void add_residual(runner *r, uint32_t row)
+{
+    const gn_flicker f = find_flicker(r, r->residuals + row * r->app->light_count,
+                                      planes_of(r, row), planes_of(r, r->method_count));
+    if (r->measured == 0)
+        return;
+    r->result->rows[row].residual_flicker += f.flicker;
+    r->result->rows[row].residual_toggles += f.toggles;
 }
 
 /* Is there a reference for this frame? They are spread evenly. */
@@ -148,7 +176,9 @@ static bool compare_reference(runner *r, bool steady)
     gn_free(r->context, mask);
     r->reference_frames++;
     if (steady)
-        add_flicker(r, r->method_count, planes_of(r, r->method_count), r->measured == 0);
+        add_flicker(r, r->method_count);
+    for (uint32_t m = 0; m <= r->method_count && steady; m++)
+        add_residual(r, m);
     return true;
 }
 
@@ -186,7 +216,7 @@ static bool run_frame(runner *r, uint32_t repeat, int32_t frame)
     r->update[frame] = update;
     compare_methods(r, (uint32_t)frame);
     for (uint32_t m = 0; m < r->method_count; m++)
-        add_flicker(r, m, planes_of(r, m), r->measured == 0);
+        add_flicker(r, m);
     if (wants_reference(r->options, (uint32_t)frame) && !compare_reference(r, every))
         return false;
     r->measured++;
@@ -213,6 +243,7 @@ static bool prepare(runner *r)
     const size_t sets = r->method_count + 1u;
     r->planes = gn_alloc_zero(r->context, sets * r->plane_floats, sizeof *r->planes);
     r->states = gn_alloc_zero(r->context, sets * app->light_count, sizeof *r->states);
+    r->residuals = gn_alloc_zero(r->context, sets * app->light_count, sizeof *r->residuals);
     r->result->frame_count = o->frames;
     r->result->light_count = app->light_count;
     r->result->frames =
@@ -220,7 +251,8 @@ static bool prepare(runner *r)
     r->series = gn_alloc_zero(r->context, o->frames, sizeof *r->series);
     r->gbuffer = gn_alloc_zero(r->context, o->frames, sizeof *r->gbuffer);
     r->update = gn_alloc_zero(r->context, o->frames, sizeof *r->update);
-    if (!r->planes || !r->states || !r->result->frames || !r->series || !r->gbuffer || !r->update)
+    if (!r->planes || !r->states || !r->residuals || !r->result->frames || !r->series ||
+        !r->gbuffer || !r->update)
         return gn_app_error(app, "out of memory for %zu methods at this size", sets - 1);
     return true;
 }
@@ -327,6 +359,8 @@ static void summarise(runner *r)
         row->steady = frames > 1;
         row->flicker /= pairs;
         row->toggles /= pairs;
+        row->residual_flicker /= pairs;
+        row->residual_toggles /= pairs;
         row->mse /= fmax(r->reference_frames, 1);
         row->mean /= fmax(r->reference_frames, 1);
         if (m < r->method_count)
@@ -338,6 +372,7 @@ static void summarise(runner *r)
     result->reference_mean /= fmax(r->reference_frames, 1);
     result->gbuffer = gn_measure_spread(r->gbuffer, frames);
     result->update = gn_measure_spread(r->update, frames);
+    result->residual = frames > 1 && r->reference_frames == frames;
     if (r->reference_frames == frames && frames > 0) {
         gn_bench_row *row = &result->rows[result->count++];
         row->name = "reference";
@@ -347,10 +382,14 @@ static void summarise(runner *r)
 
 static void clean_up(runner *r)
 {
-    for (size_t i = 0; r->states && i < (r->method_count + 1u) * (size_t)r->app->light_count; i++)
+    const size_t states = (r->method_count + 1u) * (size_t)r->app->light_count;
+    for (size_t i = 0; r->states && i < states; i++)
         gn_flicker_state_free(&r->states[i]);
+    for (size_t i = 0; r->residuals && i < states; i++)
+        gn_flicker_state_free(&r->residuals[i]);
     gn_free(r->context, r->planes);
     gn_free(r->context, r->states);
+    gn_free(r->context, r->residuals);
     gn_free(r->context, r->series);
     gn_free(r->context, r->gbuffer);
     gn_free(r->context, r->update);
@@ -390,6 +429,9 @@ bool gn_bench_run(gn_app *app, const gn_bench_options *options, gn_app_method *m
     const double whole = (double)(end - first) * options->repeats;
     for (uint32_t repeat = 0; repeat < options->repeats && good; repeat++) {
         begin_repeat(&r);
+        if (repeat > 0)
+            gn_app_finished(r.app, "%u of %u repeats are finished, and no table printed", repeat,
+                            options->repeats);
         for (int32_t frame = first; frame < end && good; frame++) {
             const double done = (double)(end - first) * repeat + (frame - first);
             gn_bar_step(&app->bar, done / whole, 1.0 / whole,

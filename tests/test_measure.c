@@ -393,6 +393,160 @@ static void another_size_starts_anew(void **state)
     gn_flicker_state_free(&memory);
 }
 
+/* After the reference's change is taken off -------------------------------------------------- */
+
+/* The flicker of the second of two frames. references: one a frame. */
+static gn_flicker residual(const frame *before, const frame *now, const float *was, const float *is)
+{
+    gn_flicker_state memory = {0};
+    gn_measure_residual_flicker(&memory, &before->gbuffer, before->visibility, was);
+    const gn_flicker result =
+        gn_measure_residual_flicker(&memory, &now->gbuffer, now->visibility, is);
+    gn_flicker_state_free(&memory);
+    return result;
+}
+
+/* Two frames with random motion, holes and visibility. */
+static void shake(frame *before, frame *now, uint32_t seed)
+{
+    frame_init(before);
+    frame_init(now);
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        before->surface[i] = next_random(&seed) % 5 ? next_random(&seed) % 2 : GN_NONE;
+        now->surface[i] = next_random(&seed) % 5 ? next_random(&seed) % 2 : GN_NONE;
+        before->visibility[i] = random_unit(&seed);
+        now->visibility[i] = random_unit(&seed);
+        for (int axis = 0; axis < 2; axis++)
+            now->motion[axis][i] = 10.0f * random_unit(&seed) - 5.0f;
+    }
+}
+
+static void the_reference_itself_has_no_residual(void **state)
+{
+    (void)state;
+    static frame before, now;
+    shake(&before, &now, 11);
+    assert_true(compare(&before, &now).flicker > 0.1);
+    const gn_flicker result = residual(&before, &now, before.visibility, now.visibility);
+    assert_near(result.flicker, 0, 0, "flicker of the reference after its own change");
+    assert_near(result.toggles, 0, 0, "toggles of the reference after its own change");
+    assert_int_equal(result.pixels, compare(&before, &now).pixels);
+}
+
+/* What is wrong by the same everywhere and always moves as the reference does. */
+static void a_constant_error_has_no_residual(void **state)
+{
+    (void)state;
+    static frame before, now;
+    static float was[PIXELS], is[PIXELS];
+    shake(&before, &now, 12);
+    for (uint32_t i = 0; i < PIXELS; i++) {
+        was[i] = before.visibility[i] - 0.25f;
+        is[i] = now.visibility[i] - 0.25f;
+    }
+    assert_near(residual(&before, &now, was, is).flicker, 0, 1e-13, "flicker");
+}
+
+static void a_reference_that_stands_still_changes_nothing(void **state)
+{
+    (void)state;
+    static frame before, now;
+    static float flat[PIXELS];
+    shake(&before, &now, 13);
+    const gn_flicker plain = compare(&before, &now);
+    gn_flicker result = residual(&before, &now, flat, flat); /* dark */
+    assert_near(result.flicker, plain.flicker, 0, "flicker");
+    assert_near(result.toggles, plain.toggles, 0, "toggles");
+    result = residual(&before, &now, NULL, NULL);
+    assert_near(result.flicker, plain.flicker, 0, "flicker without a reference");
+}
+
+/* Who is the reference of whom does not matter, nor, on a still G-buffer, which frame came first.
+ */
+static void residual_is_symmetric(void **state)
+{
+    (void)state;
+    static frame before, now;
+    static float was[PIXELS], is[PIXELS];
+    shake(&before, &now, 14);
+    fill(was, PIXELS, 15);
+    fill(is, PIXELS, 16);
+    const gn_flicker result = residual(&before, &now, was, is);
+    static frame a, b;
+    frame_init(&a);
+    frame_init(&b);
+    memcpy(a.surface, before.surface, sizeof a.surface);
+    memcpy(b.surface, now.surface, sizeof b.surface);
+    memcpy(b.motion, now.motion, sizeof b.motion);
+    memcpy(a.visibility, was, sizeof was);
+    memcpy(b.visibility, is, sizeof is);
+    const gn_flicker exchanged = residual(&a, &b, before.visibility, now.visibility);
+    assert_near(exchanged.flicker, result.flicker, 1e-15, "flicker with the reference exchanged");
+    assert_near(exchanged.toggles, result.toggles, 0, "toggles with the reference exchanged");
+
+    frame_init(&a);
+    frame_init(&b);
+    fill(a.visibility, PIXELS, 17);
+    fill(b.visibility, PIXELS, 18);
+    assert_near(residual(&b, &a, is, was).flicker, residual(&a, &b, was, is).flicker, 1e-15,
+                "flicker backwards");
+}
+
+/* The definition once more: the change of the method less that of the reference, each by itself. */
+static void residual_agrees_with_brute_force(void **state)
+{
+    (void)state;
+    static frame before, now;
+    static float was[PIXELS], is[PIXELS];
+    shake(&before, &now, 19);
+    fill(was, PIXELS, 20);
+    fill(is, PIXELS, 21);
+    double sum = 0;
+    uint64_t pixels = 0, toggles = 0;
+    for (uint32_t i = 0; i < PIXELS; i++)
+        for (uint32_t j = 0; j < PIXELS; j++) {
+            const double dx = i % WIDTH + (double)now.motion[0][i] - j % WIDTH;
+            const double dy = i / WIDTH + (double)now.motion[1][i] - j / WIDTH;
+            if (fmax(fabs(dx), fabs(dy)) >= 0.5 || now.surface[i] == GN_NONE ||
+                before.surface[j] != now.surface[i])
+                continue;
+            const double method = (double)now.visibility[i] - (double)before.visibility[j];
+            const double reference = (double)is[i] - (double)was[j];
+            pixels++;
+            sum += (method - reference) * (method - reference);
+            toggles += fabs(method - reference) > 0.5;
+        }
+    const gn_flicker result = residual(&before, &now, was, is);
+    assert_true(pixels > 200);
+    assert_int_equal(result.pixels, pixels);
+    assert_near(result.flicker, sum / (double)pixels, 1e-6, "flicker");
+    assert_near(result.toggles, (double)toggles / (double)pixels, 1e-12, "toggles");
+}
+
+/* An edge that moves by a quarter of a pixel, hard and filtered, as above: with the filtered one
+ * for a reference, what is left is all the hard one's. */
+static void real_motion_is_taken_off(void **state)
+{
+    (void)state;
+    static frame hard[2];
+    static float soft[2][PIXELS];
+    for (int n = 0; n < 2; n++) {
+        frame_init(&hard[n]);
+        for (uint32_t i = 0; i < PIXELS; i++) {
+            const double edge = 20.125 + 0.25 * (i / WIDTH) + 0.25 * n, x = i % WIDTH;
+            hard[n].visibility[i] = x + 0.5 < edge ? 1.0f : 0.0f;
+            soft[n][i] = (float)fmin(fmax(edge - x, 0), 1);
+        }
+    }
+    /* A quarter of an edge's pixels change by 1, where 1/4 is right: 3/4 too much. The others stay,
+     * or 1/4 too little. (A pixel that the filtered edge enters or leaves shares its quarter.) */
+    const gn_flicker plain = compare(&hard[0], &hard[1]);
+    const gn_flicker left = residual(&hard[0], &hard[1], soft[0], soft[1]);
+    if (!(left.flicker > 0.5 * plain.flicker && left.flicker < 0.85 * plain.flicker))
+        fail_msg("flicker: plain %g, after the reference's change %g", plain.flicker, left.flicker);
+    assert_near(left.toggles, plain.toggles, 0, "toggles");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -410,6 +564,12 @@ int main(void)
         cmocka_unit_test(other_surfaces_are_left_out),
         cmocka_unit_test(agrees_with_brute_force),
         cmocka_unit_test(another_size_starts_anew),
+        cmocka_unit_test(the_reference_itself_has_no_residual),
+        cmocka_unit_test(a_constant_error_has_no_residual),
+        cmocka_unit_test(a_reference_that_stands_still_changes_nothing),
+        cmocka_unit_test(residual_is_symmetric),
+        cmocka_unit_test(residual_agrees_with_brute_force),
+        cmocka_unit_test(real_motion_is_taken_off),
     };
     return cmocka_run_group_tests_name("measure", tests, NULL, NULL);
 }

@@ -29,8 +29,15 @@ static bool resize(gn_flicker_state *state, uint32_t width, uint32_t height)
     return true;
 }
 
+/* What is compared from frame to frame. The change of a difference is the difference of the
+ * changes: so the reference's change is taken off. */
+static float value_at(const float *visibility, const float *reference, size_t i)
+{
+    return reference ? visibility[i] - reference[i] : visibility[i];
+}
+
 static gn_flicker compare(const gn_flicker_state *before, const gn_gbuffer *now,
-                          const float *visibility)
+                          const float *visibility, const float *reference)
 {
     uint64_t pixels = 0, toggles = 0;
     double squares = 0;
@@ -54,7 +61,7 @@ static gn_flicker compare(const gn_flicker_state *before, const gn_gbuffer *now,
                 !(fabsf(before->depth[j] - foretold) <= 2.0f * now->cone_width[i]))
                 continue;
 
-            const float change = fabsf(visibility[i] - before->visibility[j]);
+            const float change = fabsf(value_at(visibility, reference, i) - before->visibility[j]);
             pixels++;
             toggles += change > 0.5f;
             squares += (double)change * (double)change;
@@ -69,18 +76,25 @@ static gn_flicker compare(const gn_flicker_state *before, const gn_gbuffer *now,
     };
 }
 
-gn_flicker gn_measure_flicker(gn_flicker_state *state, const gn_gbuffer *gbuffer,
-                              const float *visibility)
+gn_flicker gn_measure_residual_flicker(gn_flicker_state *state, const gn_gbuffer *gbuffer,
+                                       const float *visibility, const float *reference)
 {
     gn_flicker result = {0};
     if (state->width == gbuffer->width && state->height == gbuffer->height)
-        result = compare(state, gbuffer, visibility);
+        result = compare(state, gbuffer, visibility, reference);
     else if (!resize(state, gbuffer->width, gbuffer->height))
         return result;
 
     const size_t count = (size_t)gbuffer->width * gbuffer->height;
     memcpy(state->depth, gbuffer->depth, count * sizeof *state->depth);
-    memcpy(state->visibility, visibility, count * sizeof *state->visibility);
     memcpy(state->surface, gbuffer->surface, count * sizeof *state->surface);
+    for (size_t i = 0; i < count; i++)
+        state->visibility[i] = value_at(visibility, reference, i);
     return result;
+}
+
+gn_flicker gn_measure_flicker(gn_flicker_state *state, const gn_gbuffer *gbuffer,
+                              const float *visibility)
+{
+    return gn_measure_residual_flicker(state, gbuffer, visibility, NULL);
 }

@@ -34,7 +34,7 @@ typedef struct gn_flicker {
 /* Keeps what the next frame is compared with. Zero-initialise; free with gn_flicker_state_free().*/
 typedef struct gn_flicker_state {
     uint32_t width, height;
-    float *depth, *visibility;
+    float *depth, *visibility; /* visibility less the reference, where there is one */
     uint32_t *surface;
 } gn_flicker_state;
 
@@ -44,6 +44,11 @@ typedef struct gn_flicker_state {
  * widths. Without memory the state is emptied and zero returned. */
 gn_flicker gn_measure_flicker(gn_flicker_state *state, const gn_gbuffer *gbuffer,
                               const float *visibility);
+/* The same after the change of a reference of this frame (width * height values, say of many
+ * samples a pixel) is taken off, so that real motion does not count: the change of visibility -
+ * reference, over the same pixels. state: one of its own for each visibility. */
+gn_flicker gn_measure_residual_flicker(gn_flicker_state *state, const gn_gbuffer *gbuffer,
+                                       const float *visibility, const float *reference);
 void gn_flicker_state_free(gn_flicker_state *state);
 
 /* Median, minimum, maximum of count values (>= 1), which are sorted in place. */
