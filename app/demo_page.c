@@ -3,31 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "output/output.h"
 #include "demo.h"
-
-static const char data_mark[] = "/*DATA*/null", images_mark[] = "/*IMAGES*/";
-
-static bool put(gn_file *file, const char *text)
-{
-    return gn_file_write(file, text, strlen(text)) == GN_OK;
-}
-
-/* JSON inside a script element: "<" could end the element. */
-static bool put_json(gn_app *app, gn_file *file, const cJSON *json)
-{
-    char *text = cJSON_PrintUnformatted(json);
-    if (!text)
-        return gn_app_error(app, "out of memory");
-    bool good = true;
-    for (const char *c = text; *c && good;) {
-        const size_t plain = strcspn(c, "<");
-        good = gn_file_write(file, c, plain) == GN_OK && (!c[plain] || put(file, "\\u003c"));
-        c += plain + (c[plain] != '\0');
-    }
-    cJSON_free(text);
-    return good;
-}
+#include "page.h"
 
 /* Copies a file as base64. */
 static bool put_image(gn_app *app, gn_file *file, const char *path)
@@ -60,19 +37,26 @@ static bool put_image(gn_app *app, gn_file *file, const char *path)
     return good;
 }
 
-static bool put_images(gn_app *app, gn_file *file, const char *folder, const cJSON *results)
+typedef struct image_list {
+    const char *folder;
+    const cJSON *results;
+} image_list;
+
+static bool put_images(gn_app *app, gn_file *file, const void *data)
 {
+    const image_list *list = data;
     const cJSON *scene, *method;
-    cJSON_ArrayForEach(scene, cJSON_GetObjectItem(results, "scenes"))
+    cJSON_ArrayForEach(scene, cJSON_GetObjectItem(list->results, "scenes"))
     {
         cJSON_ArrayForEach(method, cJSON_GetObjectItem(scene, "methods"))
         {
             const char *name = cJSON_GetStringValue(cJSON_GetObjectItem(method, "file"));
             char path[4096];
-            if (snprintf(path, sizeof path, "%s/%s", folder, name) >= (int)sizeof path)
-                return gn_app_error(app, "%s: the name is too long", folder);
-            if (!put(file, "IMAGES[\"") || !put(file, name) || !put(file, "\"] = \"") ||
-                !put_image(app, file, path) || !put(file, "\";\n"))
+            if (snprintf(path, sizeof path, "%s/%s", list->folder, name) >= (int)sizeof path)
+                return gn_app_error(app, "%s: the name is too long", list->folder);
+            if (!gn_page_put(file, "IMAGES[\"") || !gn_page_put(file, name) ||
+                !gn_page_put(file, "\"] = \"") || !put_image(app, file, path) ||
+                !gn_page_put(file, "\";\n"))
                 return false;
         }
     }
@@ -84,23 +68,10 @@ bool gn_demo_write_page(gn_app *app, const char *folder, const cJSON *results)
     char path[4096];
     if (snprintf(path, sizeof path, "%s/index.html", folder) >= (int)sizeof path)
         return gn_app_error(app, "%s: the name is too long", folder);
-    const char *data = strstr(gn_demo_page, data_mark);
-    const char *images = data ? strstr(data, images_mark) : NULL;
-    if (!images)
-        return gn_app_error(app, "the page has no place for its data");
-
-    gn_file file;
-    if (gn_file_begin(gn_device_context(app->device), path, &file) != GN_OK)
-        return false;
-    const char *rest = data + strlen(data_mark);
-    const bool good = gn_file_write(&file, gn_demo_page, (size_t)(data - gn_demo_page)) == GN_OK &&
-                      put_json(app, &file, results) &&
-                      gn_file_write(&file, rest, (size_t)(images - rest)) == GN_OK &&
-                      put_images(app, &file, folder, results) &&
-                      put(&file, images + strlen(images_mark)) && !gn_app_interrupted();
-    if (!good) {
-        gn_file_abort(&file);
-        return false;
-    }
-    return gn_file_commit(&file) == GN_OK;
+    const image_list list = {folder, results};
+    const gn_page_part parts[] = {{.mark = "STYLE", .text = gn_page_style},
+                                  {.mark = "VIEWER", .text = gn_page_viewer},
+                                  {.mark = "DATA", .json = results},
+                                  {.mark = "IMAGES", .write = put_images, .data = &list}};
+    return gn_page_write(app, path, gn_demo_page, parts, sizeof parts / sizeof *parts);
 }
