@@ -89,11 +89,20 @@ int gn_app_fail(gn_app *app)
 {
     gn_bar_clear(&app->bar);
     if (interrupted) {
-        fprintf(stderr, "gnomon %s: interrupted; no partial file is left\n", app->command);
+        fprintf(stderr, "gnomon %s: interrupted; %s; no partial file is left\n", app->command,
+                *app->finished ? app->finished : "nothing is finished");
         return GN_EXIT_INTERRUPTED;
     }
     fprintf(stderr, "gnomon %s: %s\n", app->command, app->message);
     return app->wrong_usage ? GN_EXIT_USAGE : GN_EXIT_FAILURE;
+}
+
+void gn_app_finished(gn_app *app, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(app->finished, sizeof app->finished, format, arguments);
+    va_end(arguments);
 }
 
 void gn_app_note(gn_app *app, const char *format, ...)

@@ -190,6 +190,7 @@ typedef struct gn_app {
     bool wrong_usage;   /* the error is the user's, not the scene's or the machine's */
     bool keep_warnings; /* set before gn_app_open(): the command prints them itself */
     char message[1024]; /* the last error, for when there is no device to ask */
+    char finished[128]; /* what an interrupt leaves, as a clause; "": nothing */
 } gn_app;
 
 /* Each returns true, or false after an error; then return gn_app_fail(). */
@@ -207,6 +208,10 @@ int gn_app_fail(gn_app *app);
 bool gn_app_error(gn_app *app, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* A remark on standard error, unless --quiet. */
 void gn_app_note(gn_app *app, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* Sets what gn_app_fail() will say is finished after an interrupt: "3 of 8 pictures are finished".
+ */
+void gn_app_finished(gn_app *app, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /* The names of things as a person would give them: the name, or the number where there is none. */
 const char *gn_app_camera_name(const gn_app *app, char text[32]);

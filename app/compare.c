@@ -178,6 +178,8 @@ static bool write_picture(comparison *c, const char *path, uint32_t width, const
                      settings.count) != GN_OK)
         return false;
     cJSON_AddItemToArray(c->files, cJSON_CreateString(path));
+    gn_app_finished(app, "%d pictures are written, and no numbers printed",
+                    cJSON_GetArraySize(c->files));
     return true;
 }
 
@@ -336,6 +338,9 @@ static bool run(comparison *c, const gn_app_options *options, const char *scene,
         const double share = 0.6 * c->sides[k].samples / samples;
         gn_bar_step(&app->bar, done, share, "%s", c->sides[k].method->name);
         good = render_side(c, app, &c->sides[k]);
+        if (good)
+            gn_app_finished(app, "%s %s rendered, and nothing is written",
+                            k ? "both methods" : c->sides[k].method->name, k ? "are" : "is");
         done += share;
     }
     good = good && measure(c) && time_sides(c) && (!output || paint_and_write(c, output));

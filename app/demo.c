@@ -76,6 +76,9 @@ static bool write_picture(show *s, const gn_view *view, const gn_app_method *met
     cJSON_AddStringToObject(item, "name", name);
     cJSON_AddStringToObject(item, "file", file);
     cJSON_AddItemToArray(methods, item);
+    gn_app_finished(&s->app, "%s%d of %u pictures of %s are written, and no page",
+                    s->before > 0 ? "the scenes before and " : "", cJSON_GetArraySize(methods),
+                    s->count + 1, s->shown->name);
     return true;
 }
 

@@ -342,14 +342,8 @@ bool gn_frame_write_png(const gn_frame *frame, const char *path, cJSON *files)
 {
     gn_app *app = frame->app;
     const gn_gbuffer *g = gn_view_gbuffer(frame->view);
-    if (!gn_write_shaded(app, path, g->width, g->height, gn_view_image(frame->view),
-                         frame->settings))
-        return false;
-    add_file(files, path);
-    if (frame->aovs == 0)
-        return true;
     uint8_t *pixels = malloc((size_t)g->width * g->height * 3);
-    bool good = pixels || gn_app_error(app, "%s: out of memory", path);
+    bool good = (pixels || gn_app_error(app, "%s: out of memory", path)) && add_file(files, path);
     for (uint32_t aov = 0; aov < GN_AOV_COUNT && good; aov++) {
         const uint32_t count = depends_on_light((gn_aov)aov) ? app->light_count : 1;
         for (uint32_t light = 0; light < count && good && frame->aovs >> aov & 1; light++)
@@ -358,7 +352,8 @@ bool gn_frame_write_png(const gn_frame *frame, const char *path, cJSON *files)
                        : write_aov(frame, (gn_aov)aov, light, path, pixels, files);
     }
     free(pixels);
-    return good;
+    return good && gn_write_shaded(app, path, g->width, g->height, gn_view_image(frame->view),
+                                   frame->settings);
 }
 
 /* OpenEXR ----------------------------------------------------------------------------------- */
@@ -456,21 +451,21 @@ bool gn_frame_write_exr(const gn_frame *frame, const char *path, cJSON *files)
     const size_t most = GN_AOV_COUNT * ((size_t)app->light_count + 1) + 1;
     layer_list list = {calloc(most, sizeof(gn_layer)), calloc(most, 48), 0};
     float *albedo = wants_albedo ? linear_albedo(g) : NULL;
-    bool good = (list.layers && list.names && (albedo || !wants_albedo)) ||
-                gn_app_error(app, "%s: out of memory", path);
-    if (good) {
-        collect_layers(frame, albedo, &list);
-        good = gn_write_exr(app->device, path, g->width, g->height, list.layers, list.count,
-                            frame->settings->attributes, frame->settings->count) == GN_OK &&
-               add_file(files, path);
-    }
+    bool good = ((list.layers && list.names && (albedo || !wants_albedo)) ||
+                 gn_app_error(app, "%s: out of memory", path)) &&
+                add_file(files, path);
     for (uint32_t l = 0; l < app->light_count && good && frame->facts[GN_AOV_LISTS]; l++)
         gn_report_lists(frame, l, path);
-    free(list.layers);
-    free(list.names);
-    free(albedo);
     for (uint32_t aov = 0; aov < GN_AOV_COUNT; aov++)
         for (uint32_t l = 0; l < app->light_count && good && frame->aovs >> aov & 1; l++)
             good = !has_own_size((gn_aov)aov) || write_own_size(frame, (gn_aov)aov, l, path, files);
+    if (good) {
+        collect_layers(frame, albedo, &list);
+        good = gn_write_exr(app->device, path, g->width, g->height, list.layers, list.count,
+                            frame->settings->attributes, frame->settings->count) == GN_OK;
+    }
+    free(list.layers);
+    free(list.names);
+    free(albedo);
     return good;
 }

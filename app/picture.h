@@ -66,9 +66,9 @@ typedef struct gn_frame {
 bool gn_write_shaded(gn_app *app, const char *path, uint32_t width, uint32_t height,
                      const float *image, const gn_settings *settings);
 /* The shaded picture at path, and each AOV in a file beside it. The files' names are added to
- * files (a JSON array) where it is not NULL. */
+ * files (a JSON array) where it is not NULL. path appears last: where it is, all is. */
 bool gn_frame_write_png(const gn_frame *frame, const char *path, cJSON *files);
-/* Everything as layers of one file. */
+/* Everything as layers of one file, but for what has a size of its own. path appears last. */
 bool gn_frame_write_exr(const gn_frame *frame, const char *path, cJSON *files);
 
 /* The layers of a light's map, side by side in a .png, each a layer in an .exr; aov is GN_AOV_MAP

@@ -67,6 +67,11 @@ GN_API void gn_history_reset_maps(gn_history *history);
 GN_API gn_result gn_history_save(const gn_history *history, const char *path);
 /* Refuses files that are damaged or belong to another scene. After an error *history is NULL. */
 GN_API gn_result gn_history_load(const gn_scene *scene, const char *path, gn_history **history);
+/* A text of the caller's that is saved with a history: which frame it is of, what settings made it.
+ * Copied, at most GN_MAX_NOTE bytes; NULL: none. */
+#define GN_MAX_NOTE 65535u
+GN_API gn_result gn_history_set_note(gn_history *history, const char *note);
+GN_API const char *gn_history_note(const gn_history *history); /* "" where there is none */
 /* Bytes of masks and depth; of maps, see gn_shadow_map_bytes(). */
 GN_API size_t gn_history_mask_bytes(const gn_history *history);
 /* The map of a light as of the last frame, or NULL. Owned by the history. */

@@ -67,7 +67,28 @@ void gn_history_destroy(gn_history **history)
     gn_history_reset(h);
     gn_free(context, h->entries);
     gn_free(context, h->buffers);
+    gn_free(context, h->note);
     gn_free(context, h);
+}
+
+gn_result gn_history_set_note(gn_history *history, const char *note)
+{
+    gn_context *context = gn_device_context(history->device);
+    const size_t length = note ? strlen(note) : 0;
+    if (length > GN_MAX_NOTE)
+        return gn_fail(context, GN_ERROR_INVALID_ARGUMENT, "a note of %zu bytes: the most is %u",
+                       length, GN_MAX_NOTE);
+    char *copy = NULL;
+    if (length > 0 && !(copy = gn_alloc_copy(context, note, length + 1, 1)))
+        return gn_fail(context, GN_ERROR_OUT_OF_MEMORY, "out of memory for a note");
+    gn_free(context, history->note);
+    history->note = copy;
+    return GN_OK;
+}
+
+const char *gn_history_note(const gn_history *history)
+{
+    return history->note ? history->note : "";
 }
 
 void gn_history_take(gn_history *history, gn_history **from)

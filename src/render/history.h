@@ -39,6 +39,7 @@ struct gn_history {
     gn_device *device;
     uint64_t scene, structure; /* the scene's number, 0: none yet; its structure_version */
     gn_fingerprint fingerprint;
+    char *note; /* the caller's; NULL: none */
     uint64_t frame;
     gn_history_entry *entries;
     uint32_t count, capacity;

@@ -1,8 +1,8 @@
 /* Histories in files: what a history is, down to the bit, except that maps are drawn again.
  *
- * Little-endian: "GNHISTOR", version, fingerprint of the scene, picture, lights, masks, depth, the
- * view's last frame, and a checksum of all that. Every field is named once, in one function for
- * both ways. */
+ * Little-endian: "GNHISTOR", version, fingerprint of the scene, the caller's note, picture, lights,
+ * masks, depth, the view's last frame, and a checksum of all that. Every field is named once, in
+ * one function for both ways. */
 #include "render/history_file.h"
 
 #include <inttypes.h>
@@ -13,7 +13,7 @@
 #include "scene/file.h"
 #include "scene/scene.h"
 
-enum { VERSION = 1, MAGIC_BYTES = 8, CHECKSUM_BYTES = 8 };
+enum { VERSION = 2, MAGIC_BYTES = 8, CHECKSUM_BYTES = 8 };
 
 static const char magic[] = "GNHISTOR";
 
@@ -85,6 +85,23 @@ static void fingerprint(gn_stream *s, const gn_fingerprint *mine)
                             "%s: it belongs to another scene, whose meshes, nodes or materials are "
                             "others",
                             s->name);
+}
+
+/* The note ------------------------------------------------------------------------------------ */
+
+static void note(gn_stream *s, gn_history *history)
+{
+    uint32_t length = s->file && history->note ? (uint32_t)strlen(history->note) : 0;
+    s->what = "the note";
+    gn_stream_word(s, &length);
+    if (length > GN_MAX_NOTE)
+        gn_stream_refuse(s, "is too long");
+    if (length == 0 || !gn_stream_has(s, length, 1))
+        return;
+    if (!s->file && !(history->note = gn_alloc_zero(s->context, length + 1, 1)))
+        s->result = gn_fail(s->context, GN_ERROR_OUT_OF_MEMORY, "%s: out of memory", s->name);
+    if (s->result == GN_OK)
+        gn_stream_bytes(s, (uint8_t *)history->note, length);
 }
 
 /* Maps ---------------------------------------------------------------------------------------- */
@@ -420,6 +437,7 @@ static gn_result write_all(gn_stream *s, const gn_history *history, const gn_las
     gn_stream_word(s, &version);
     gn_history copy = *history; /* fields are named by pointers that reading writes through */
     fingerprint(s, &copy.fingerprint);
+    note(s, &copy);
     picture(s, &copy);
     lights(s, &copy, NULL);
     write_masks(s, &copy);
@@ -468,6 +486,7 @@ static gn_result read_all(gn_stream *s, const gn_scene *scene, gn_history *histo
     history->structure = scene->structure_version;
     history->frame = 2; /* counted anew: nothing depends on more than before and after */
     fingerprint(s, &history->fingerprint);
+    note(s, history);
     picture(s, history);
     lights(s, history, scene);
     read_masks(s, history);
