@@ -60,13 +60,12 @@ static layout lay_out(uint32_t width)
     return l;
 }
 
-/* All of it in one piece: the threads' shares, then nine and four. */
+/* All of it in one piece: the threads' shares, then asks. */
 static uint32_t *make_room(gn_context *context, const gn_gbuffer *g, gn_leak_run *leak)
 {
     const layout l = lay_out(g->width);
     const size_t words = l.end * context->threads, pixels = (size_t)g->width * g->height;
-    uint32_t *room = gn_alloc(context, words + (2 * pixels + g->width + g->height + 1) / 4 + 1,
-                              sizeof(uint32_t));
+    uint32_t *room = gn_alloc(context, words + pixels / 2 + 1, sizeof(uint32_t));
     leak->threads = gn_alloc(context, context->threads, sizeof *leak->threads);
     if (!room || !leak->threads)
         return room;
@@ -78,8 +77,7 @@ static uint32_t *make_room(gn_context *context, const gn_gbuffer *g, gn_leak_run
                                             .states = (uint8_t *)(share + l.states),
                                             .flags = (uint8_t *)(share + l.flags)};
     }
-    leak->nine = (uint8_t *)(room + words);
-    leak->four = leak->nine + pixels;
+    leak->asks = (uint16_t *)(room + words);
     return room;
 }
 

@@ -66,9 +66,7 @@ typedef struct gn_leak_run {
     const gn_map_reader *reader;
     bool masked; /* the method has a mask: what it has not seen gets a ray */
     float jitter_x, jitter_y;
-    /* What the mask of the frame before asks for (leak.inc), where there is one: of the nine around
-     * each pixel; of the four whose lower right one it is, a column and a row more. */
-    uint8_t *nine, *four;
+    uint16_t *asks; /* what the mask of the frame before asks for, a pixel; one more (leak.inc) */
     gn_leak_thread *threads;
 } gn_leak_run;
 
