@@ -6,12 +6,15 @@
 
 #include "measure/measure.h"
 
+#define GN_BENCH_BASELINE "naive" /* the pseudo-method */
+
 typedef struct gn_bench_options {
     uint32_t frames, warm_up;  /* measured frames, and frames before them */
     uint32_t repeats;          /* runs of the path; of each frame the fastest counts */
     double fps, start;         /* frame f is at start + f / fps seconds */
     uint32_t reference;        /* samples a pixel of the reference; 0: none */
     uint32_t reference_frames; /* how many frames get one, spread over the path */
+    uint32_t profile_row;      /* of pixels, whose visibility over time is kept; GN_NONE: none */
 } gn_bench_options;
 
 /* Milliseconds, over the frames. Most frames may keep all of their maps: the mean tells more then.
@@ -63,7 +66,9 @@ typedef struct gn_bench_result {
     gn_bench_row rows[GN_APP_MAX_METHODS + 1]; /* the reference, if on every frame, comes last */
     uint32_t count;
     uint32_t frame_count, light_count;
-    gn_bench_frame *frames;    /* frame_count for each method */
+    gn_bench_frame *frames; /* frame_count for each method */
+    float *profile; /* of each row in turn (the reference last): width values for each frame, the
+                       mean visibility of the lights, NaN where no surface is; NULL: none */
     gn_spread gbuffer, update; /* milliseconds a frame */
     uint32_t referenced;       /* frames that had a reference */
     bool residual;             /* every frame had one: residual flicker was measured */
@@ -79,6 +84,20 @@ void gn_bench_free(gn_app *app, gn_bench_result *result);
 
 /* The row with that name, or NULL. */
 const gn_bench_row *gn_bench_find(const gn_bench_result *result, const char *name);
+/* What steadiness and error are held against: the plain ray, or NULL. */
+const gn_bench_row *gn_bench_rival(const gn_bench_result *result);
+/* value / rival, or -1 where there is nothing to divide by. */
+double gn_bench_ratio(double value, double rival);
+/* Reading the map: nanoseconds a pixel of the picture, all lights. */
+double gn_bench_ns_per_pixel(const gn_bench_row *row, double pixels);
+
+/* Everything as tables on standard output; as JSON. */
+void gn_bench_print(const gn_app *app, const gn_bench_options *o, const gn_bench_result *result);
+cJSON *gn_bench_json(const gn_app *app, const gn_bench_options *o, const gn_bench_result *result);
+
+/* One row of pixels over time (docs/metrics.md) as a .png: a strip a method, frames downwards. */
+bool gn_bench_write_profile(gn_app *app, const gn_bench_options *options,
+                            const gn_bench_result *result, const char *path);
 
 /* The table of tracers; width: of names. */
 void gn_bench_print_tracing(const gn_app *app, const gn_bench_result *result, int width);

@@ -182,11 +182,25 @@ static bool compare_reference(runner *r, bool steady)
     return true;
 }
 
+/* The row of the profile, as a method sees it. */
+static void keep_profile(runner *r, uint32_t row, uint32_t frame)
+{
+    const gn_gbuffer *g = gn_view_gbuffer(r->view);
+    const size_t first = (size_t)r->options->profile_row * g->width;
+    float *to = r->result->profile + ((size_t)row * r->options->frames + frame) * g->width;
+    for (uint32_t x = 0; x < g->width; x++) {
+        to[x] = g->surface[first + x] == GN_NONE ? NAN : 0;
+        for (uint32_t i = 0; i < r->app->light_count; i++)
+            to[x] += planes_of(r, row)[i * r->pixels + first + x] / (float)r->app->light_count;
+    }
+}
+
 /* What is measured but the time is so in the first repeat. */
 static bool run_frame(runner *r, uint32_t repeat, int32_t frame)
 {
     const bool measured = frame >= 0;
-    const bool every = r->options->reference_frames >= r->options->frames;
+    const bool every =
+        r->options->reference > 0 && r->options->reference_frames >= r->options->frames;
     double start = gn_milliseconds();
     if (!gn_app_set_time(r->app, fmax(r->options->start + frame / r->options->fps, 0.0)))
         return false;
@@ -219,6 +233,8 @@ static bool run_frame(runner *r, uint32_t repeat, int32_t frame)
         add_flicker(r, m);
     if (wants_reference(r->options, (uint32_t)frame) && !compare_reference(r, every))
         return false;
+    for (uint32_t m = 0; m < r->method_count + every && r->result->profile; m++)
+        keep_profile(r, m, (uint32_t)frame);
     r->measured++;
     return true;
 }
@@ -248,11 +264,15 @@ static bool prepare(runner *r)
     r->result->light_count = app->light_count;
     r->result->frames =
         gn_alloc_zero(r->context, (size_t)r->method_count * o->frames, sizeof *r->result->frames);
+    const bool profile = o->profile_row != GN_NONE;
+    if (profile)
+        r->result->profile =
+            gn_alloc_zero(r->context, sets * o->frames * desc.width, sizeof(float));
     r->series = gn_alloc_zero(r->context, o->frames, sizeof *r->series);
     r->gbuffer = gn_alloc_zero(r->context, o->frames, sizeof *r->gbuffer);
     r->update = gn_alloc_zero(r->context, o->frames, sizeof *r->update);
-    if (!r->planes || !r->states || !r->residuals || !r->result->frames || !r->series ||
-        !r->gbuffer || !r->update)
+    if ((profile && !r->result->profile) || !r->planes || !r->states || !r->residuals ||
+        !r->result->frames || !r->series || !r->gbuffer || !r->update)
         return gn_app_error(app, "out of memory for %zu methods at this size", sets - 1);
     return true;
 }
@@ -409,9 +429,10 @@ static void begin_repeat(runner *r)
 
 void gn_bench_free(gn_app *app, gn_bench_result *result)
 {
-    if (result->frames)
-        gn_free(gn_device_context(app->device), result->frames);
+    gn_free(gn_device_context(app->device), result->frames);
+    gn_free(gn_device_context(app->device), result->profile);
     result->frames = NULL;
+    result->profile = NULL;
 }
 
 bool gn_bench_run(gn_app *app, const gn_bench_options *options, gn_app_method *methods,
@@ -453,4 +474,20 @@ const gn_bench_row *gn_bench_find(const gn_bench_result *result, const char *nam
         if (strcmp(result->rows[i].name, name) == 0)
             return &result->rows[i];
     return NULL;
+}
+
+const gn_bench_row *gn_bench_rival(const gn_bench_result *result)
+{
+    const gn_bench_row *rival = gn_bench_find(result, "ray-mip0");
+    return rival ? rival : gn_bench_find(result, "ray-mip0:bvh");
+}
+
+double gn_bench_ratio(double value, double rival)
+{
+    return rival > 0 ? value / rival : -1;
+}
+
+double gn_bench_ns_per_pixel(const gn_bench_row *row, double pixels)
+{
+    return row->test.spread.median * 1e6 / pixels;
 }

@@ -38,6 +38,11 @@ pair nlmsm64 nlmsm32 --cascades 1 --reading nearest --depth-bias 0.0005 --gain 2
 # xi4 under filters of several widths: its Figure 4.
 "$gnomon" histogram railing --quiet -o "$folder/xi4.svg"
 
+# One row of pixels over time, with a reference: docs/metrics.md.
+"$gnomon" bench grove --camera CamWalk --size 640x360 --frames 90 --repeats 1 --quiet \
+    --methods ray-mip0,ray-coverage,ray-raw,sm --reference 16 --reference-frames 90 \
+    --profile "$folder/profile.png" --profile-row 200 >/dev/null
+
 # Leak tracing, on the built-in scene of what a map's texels miss.
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

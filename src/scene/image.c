@@ -44,7 +44,9 @@ static gn_result read_png(coded_image *image, spng_ctx *png)
 {
     struct spng_ihdr header;
     spng_set_image_limits(png, GN_MAX_TEXTURE_SIZE, GN_MAX_TEXTURE_SIZE);
-    spng_set_chunk_limits(png, image->size, image->size); /* ancillary chunks: no larger than it */
+    /* Ancillary chunks: no larger than the file, and what is kept of them no larger than a multiple
+     * of it: of a chunk of few bytes, more are kept than it has. */
+    spng_set_chunk_limits(png, image->size, 16 * image->size);
     int error = spng_set_png_buffer(png, image->data, image->size);
     if (!error)
         error = spng_get_ihdr(png, &header);
