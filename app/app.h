@@ -12,6 +12,9 @@
 
 enum { GN_EXIT_OK = 0, GN_EXIT_FAILURE = 1, GN_EXIT_USAGE = 2, GN_EXIT_INTERRUPTED = 130 };
 
+/* The command that argv[0] names; GN_EXIT_USAGE after saying that there is none. */
+int gn_app_command(int argc, char **argv);
+
 int gn_app_render(int argc, char **argv);
 int gn_app_compare(int argc, char **argv);
 int gn_app_compare_images(int argc, char **argv); /* compare --images */
@@ -19,6 +22,9 @@ int gn_app_bench(int argc, char **argv);
 int gn_app_demo(int argc, char **argv);
 int gn_app_methods(int argc, char **argv);
 int gn_app_histogram(int argc, char **argv);
+int gn_app_make_report(int argc, char **argv);
+int gn_app_bounds(int argc, char **argv);
+int gn_app_mips(int argc, char **argv);
 int gn_app_scene(int argc, char **argv);
 int gn_app_info(int argc, char **argv);
 
@@ -55,6 +61,7 @@ typedef struct gn_app_options {
     uint32_t seed; /* built-in scenes */
     double scale;
     const char *camera, *lights; /* NULL: not given */
+    const char *camera_path;     /* file of key frames; NULL: not given */
     gn_sun sun;
     uint32_t size[2];
     double time;
@@ -93,6 +100,8 @@ extern const char *const gn_app_tracer_names[];
     GN_APP_SCENE_OPTIONS(o),                                                                       \
         GN_TEXT("camera", 'c', "NAME", &(o).camera,                                                \
                 "camera, by name or number; default: the first"),                                  \
+        GN_TEXT("camera-path", 0, "FILE.json", &(o).camera_path,                                   \
+                "a camera that follows key frames, in place of the scene's"),                      \
         GN_TEXT("light", 'l', "NAME|all", &(o).lights,                                             \
                 "light, by name or number, or all; default: those that are on"),                   \
         GN_SUN("sun", 0, &(o).sun, "a sun in place of the scene's lights, in degrees"),            \

@@ -11,10 +11,14 @@ static const struct command {
     {"compare", "two methods on one view, or two picture files: pictures and numbers",
      gn_app_compare},
     {"bench", "time, steadiness and error of methods, as a table", gn_app_bench},
+    {"report", "a page that compares the methods on scenes: pictures, plots, tables",
+     gn_app_make_report},
     {"demo", "built-in scenes with the methods side by side, as pictures and a page", gn_app_demo},
     {"methods", "the ways of finding visibility, with their papers", gn_app_methods},
     {"histogram", "how the offset of the fourth moment spreads over a map, as numbers and a plot",
      gn_app_histogram},
+    {"bounds", "the shadow that four moments promise, over depth", gn_app_bounds},
+    {"mips", "what an alpha test makes of a texture's mips", gn_app_mips},
     {"scene", "write a built-in scene as .glb", gn_app_scene},
     {"info", "what a scene has, and what of it gnomon leaves out", gn_app_info},
 };
@@ -35,6 +39,23 @@ static void print_help(void)
            "  gnomon compare grove --a ray-mip0 --b ray-coverage -o comparison\n");
 }
 
+int gn_app_command(int argc, char **argv)
+{
+    const char *names[COMMAND_COUNT + 1] = {NULL};
+    for (size_t i = 0; i < COMMAND_COUNT; i++) {
+        if (strcmp(commands[i].name, argv[0]) == 0)
+            return commands[i].run(argc, argv);
+        names[i] = commands[i].name;
+    }
+    const char *guess = gn_suggest(argv[0], names);
+    if (guess)
+        fprintf(stderr, "gnomon: no command '%s'; did you mean '%s'?\n", argv[0], guess);
+    else
+        fprintf(stderr, "gnomon: no command '%s'\n", argv[0]);
+    fprintf(stderr, "Try 'gnomon --help'.\n");
+    return GN_EXIT_USAGE;
+}
+
 int main(int argc, char **argv)
 {
     const char *name = argc > 1 ? argv[1] : "--help";
@@ -47,17 +68,5 @@ int main(int argc, char **argv)
         printf("gnomon %d.%d.%d\n", GN_VERSION_MAJOR, GN_VERSION_MINOR, GN_VERSION_PATCH);
         return GN_EXIT_OK;
     }
-    const char *names[COMMAND_COUNT + 1] = {NULL};
-    for (size_t i = 0; i < COMMAND_COUNT; i++) {
-        if (strcmp(commands[i].name, name) == 0)
-            return commands[i].run(argc - 1, argv + 1);
-        names[i] = commands[i].name;
-    }
-    const char *guess = gn_suggest(name, names);
-    if (guess)
-        fprintf(stderr, "gnomon: no command '%s'; did you mean '%s'?\n", name, guess);
-    else
-        fprintf(stderr, "gnomon: no command '%s'\n", name);
-    fprintf(stderr, "Try 'gnomon --help'.\n");
-    return GN_EXIT_USAGE;
+    return gn_app_command(argc - 1, argv + 1);
 }

@@ -11,7 +11,8 @@
 set -eu
 
 build="cmake ninja-build pkg-config gcc g++ libembree-dev libassimp-dev libcglm-dev libopenexr-dev
-    libspng-dev libturbojpeg0-dev libwebp-dev libcjson-dev libcmocka-dev"
+    libspng-dev libturbojpeg0-dev libwebp-dev libcjson-dev libcmocka-dev libjs-chart.js libavcodec-dev
+    libavformat-dev libswscale-dev libavutil-dev"
 checks="clang clang-format clang-tidy llvm libclang-rt-dev libomp-dev glslang-tools spirv-tools
     libvulkan-dev mesa-vulkan-drivers"
 figures="gnuplot-nox imagemagick jq"
