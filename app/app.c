@@ -10,6 +10,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "camera_path.h"
+
 const char *const gn_app_isa_names[] = {"auto", "scalar", "avx2", "avx512", NULL};
 const char *const gn_app_map_alpha_names[] = {"test", "mip0", "hashed", "opaque", NULL};
 const char *const gn_app_reading_names[] = {"auto", "nearest", "white", "blue", "bilinear", NULL};
@@ -242,6 +244,8 @@ static uint32_t as_index(const char *text, uint32_t count)
 static bool choose_camera(gn_app *app)
 {
     const char *wanted = app->options.camera;
+    if (app->options.camera_path)
+        return gn_app_add_camera_path(app, app->options.camera_path, &app->camera);
     if (app->info.cameras == 0) {
         if (wanted)
             return gn_app_error(app, "%s has no cameras, and so no '%s'", app->scene_name, wanted);
@@ -314,6 +318,10 @@ bool gn_app_choose(gn_app *app)
     if (app->options.sun.given && app->options.lights) {
         app->wrong_usage = true;
         return gn_app_error(app, "--sun and --light exclude each other");
+    }
+    if (app->options.camera && app->options.camera_path) {
+        app->wrong_usage = true;
+        return gn_app_error(app, "--camera and --camera-path exclude each other");
     }
     return choose_camera(app) && choose_lights(app) && gn_scene_commit(app->scene) == GN_OK;
 }
