@@ -7,7 +7,7 @@ static const struct command {
     const char *name, *summary;
     int (*run)(int argc, char **argv);
 } commands[] = {
-    {"render", "pictures of a scene: PNG or OpenEXR, one frame or many", gn_app_render},
+    {"render", "pictures of a scene: PNG or OpenEXR, one frame or many; or a video", gn_app_render},
     {"compare", "two methods on one view, or two picture files: pictures and numbers",
      gn_app_compare},
     {"bench", "time, steadiness and error of methods, as a table", gn_app_bench},

@@ -5,6 +5,8 @@
 
 #include "render.h"
 
+enum { MAX_SHOTS = 8 }; /* side by side */
+
 /* One picture is soonest traced; in a sequence what was found in a frame serves the next (the
  * measurements are in docs/benchmarks.md). Several samples a pixel are as many pictures. */
 static const char *default_method(const gn_render_options *o)
@@ -16,11 +18,24 @@ static const char *default_method(const gn_render_options *o)
 static int check_options(gn_render_options *o, gn_app_method *method, uint32_t *aovs)
 {
     if (!o->output)
-        return gn_usage_error("render", "-o OUT.png or OUT.exr is missing");
-    const bool exr = gn_ends_with(o->output, ".exr");
-    if (!exr && !gn_ends_with(o->output, ".png"))
-        return gn_usage_error("render", "--output: '%s' ends neither in .png nor in .exr",
+        return gn_usage_error("render", "-o OUT.png, OUT.exr or OUT.mp4 is missing");
+    const bool exr = gn_ends_with(o->output, ".exr"), video = gn_ends_with(o->output, ".mp4");
+    if (!exr && !video && !gn_ends_with(o->output, ".png"))
+        return gn_usage_error("render", "--output: '%s' ends neither in .png, .exr nor .mp4",
                               o->output);
+    const char *const unfit = o->aov ? "--aov" : o->resume ? "--resume" : NULL;
+    if (video && unfit)
+        return gn_usage_error("render", "%s is for pictures: a video is one file", unfit);
+    if (video && !o->frames.given)
+        return gn_usage_error("render", "a video is of --frames A:B, which is missing");
+    if (o->beside && !video)
+        return gn_usage_error("render", "--beside is for a video, OUT.mp4; 'gnomon compare' puts "
+                                        "two pictures side by side");
+    if (o->beside && (o->history_in || o->history_out))
+        return gn_usage_error("render",
+                              "--beside and --%s exclude each other: a history is of one "
+                              "method",
+                              o->history_in ? "history-in" : "history-out");
     if (o->method && gn_app_parts_given(&o->parts))
         return gn_usage_error("render", "--method and its parts (--map, --trace, --alpha and what "
                                         "belongs to them) exclude each other");
@@ -59,21 +74,23 @@ static int parse(int argc, char **argv, gn_render_options *o, const char **scene
         "cascade, test, map, xi4 (nlmsm). A .png has each in a file of its own beside it, as",
         "colours; an .exr has them as layers (visibility unless others are named); map, xi4 and",
         "light-buffer, which have sizes of their own, go to files beside it.",
+        "A .mp4 is a video of --frames: H.264, 8 bits, yuv420p, BT.709; a size that is odd is made",
+        "even by doubling its last row or column.",
         "A sequence that goes on elsewhere takes up what --history-out left behind its last frame,",
         "and gets the same bits, or some frames of --warm-up, and gets nearly the same pictures.",
         "A sequence that was interrupted goes on with the same bits where --resume is given both",
         "times: what methods keep from frame to frame is saved beside OUT until all is there.",
         NULL};
     const gn_usage usage = {"render",
-                            "pictures of a scene: PNG or OpenEXR, one frame or many",
-                            "SCENE -o OUT.png|OUT.exr [options]",
+                            "pictures of a scene: PNG or OpenEXR, one frame or many; or a video",
+                            "SCENE -o OUT.png|OUT.exr|OUT.mp4 [options]",
                             words,
                             notes,
                             {"gnomon render grove -o grove.png --size 1280x720",
                              "gnomon render scene.glb -o walk.####.exr --camera Walk --frames 0:59 "
                              "--aov visibility,motion"}};
     const gn_option options[] = {
-        GN_TEXT("output", 'o', "OUT", &o->output, "the file to write, .png or .exr"),
+        GN_TEXT("output", 'o', "OUT", &o->output, "the file to write: .png, .exr or .mp4"),
         GN_TEXT("method", 'm', "NAME", &o->method,
                 "how visibility is found; default: ray, of --frames lt-vsm:coverage; see 'gnomon "
                 "methods'"),
@@ -81,6 +98,8 @@ static int parse(int argc, char **argv, gn_render_options *o, const char **scene
         GN_APP_SHOT_OPTIONS(o->common),
         GN_APP_TIME_OPTION(o->common),
         GN_FRAMES("frames", 'f', &o->frames, "frames A to B, both included, of the animation"),
+        GN_TEXT("beside", 0, "A,B,...", &o->beside,
+                "of a video: methods to the right of the first, each with its name"),
         GN_REAL("fps", 0, "N", &o->fps, 0.001, 1e6, "frames a second, default 30"),
         GN_TEXT("aov", 0, "LIST", &o->aov, "more outputs, separated by commas; see below"),
         GN_COUNT("spp", 0, "N", &o->samples, 1, 4096,
@@ -102,43 +121,98 @@ static int parse(int argc, char **argv, gn_render_options *o, const char **scene
     return gn_options_parse(&usage, options, argc, argv, scene);
 }
 
+/* The methods of --beside. */
+static bool parse_beside(const char *list, gn_app_method methods[MAX_SHOTS], uint32_t *count)
+{
+    for (const char *start = list;; start++) {
+        char name[128];
+        const size_t length = strcspn(start, ",");
+        if (*count == MAX_SHOTS) {
+            gn_usage_error("render", "--beside: at most %d methods fit beside the first",
+                           MAX_SHOTS - 1);
+            return false;
+        }
+        snprintf(name, sizeof name, "%.*s", (int)(length < 127 ? length : 127), start);
+        if (!gn_app_parse_method("render", name, NULL, &methods[(*count)++]))
+            return false;
+        start += length;
+        if (!*start)
+            return true;
+    }
+}
+
+typedef struct job {
+    gn_render_options o;
+    gn_app_method methods[MAX_SHOTS];
+    gn_shot shots[MAX_SHOTS];
+    uint32_t count, aovs, skipped;
+    cJSON *frames;
+} job;
+
+static bool run(job *j, gn_app *app, const char *scene)
+{
+    const gn_render_options *o = &j->o;
+    bool good = gn_app_open(app, "render", &o->common) &&
+                gn_app_use_methods(app, j->methods, j->count) && gn_app_load(app, scene) &&
+                gn_app_choose(app);
+    for (uint32_t k = 0; k < j->count && good; k++)
+        good = gn_shot_open(&j->shots[k], app, o, &j->methods[k], j->aovs);
+    if (good && gn_ends_with(o->output, ".mp4"))
+        good = gn_render_video(j->shots, j->count, o, j->frames);
+    else
+        good = good && gn_render_sequence(&j->shots[0], o, j->frames, &j->skipped);
+    gn_bar_clear(&app->bar);
+    char text[256];
+    for (uint32_t k = 0; k < j->count && good; k++)
+        if (gn_app_fallback(app, &j->methods[k], &j->shots[k].tracing, text))
+            gn_app_note(app, "%s", text);
+    return good;
+}
+
+static bool print(job *j, gn_app *app)
+{
+    cJSON *json = gn_app_json(app);
+    cJSON_AddStringToObject(json, "method", j->methods[0].name);
+    cJSON_AddNumberToObject(json, "spp", j->o.samples);
+    if (j->o.resume)
+        cJSON_AddNumberToObject(json, "skipped", j->skipped);
+    if (gn_ends_with(j->o.output, ".mp4"))
+        cJSON_AddStringToObject(json, "file", j->o.output);
+    gn_app_add_fallback(json, app, &j->methods[0], &j->shots[0].tracing);
+    cJSON_AddItemToObject(json, "frames", j->frames);
+    j->frames = NULL;
+    return gn_app_print_json(app, json);
+}
+
 int gn_app_render(int argc, char **argv)
 {
-    gn_render_options o = {.common = gn_app_options_default(),
-                           .parts = gn_app_parts_default(),
-                           .samples = 1,
-                           .fps = 30};
-    const char *scene;
-    gn_app_method method = {0};
-    uint32_t aovs = 0;
-    int code = parse(argc, argv, &o, &scene);
-    if (code == GN_GO_ON)
-        code = check_options(&o, &method, &aovs);
-    if (code != GN_GO_ON)
-        return code;
-
-    gn_app app = {0};
-    cJSON *frames = cJSON_CreateArray();
-    gn_app_tracing tracing = {0};
-    uint32_t skipped = 0;
-    bool good = gn_app_open(&app, "render", &o.common) && gn_app_use_methods(&app, &method, 1) &&
-                gn_app_load(&app, scene) && gn_app_choose(&app) &&
-                gn_render_sequence(&app, &o, &method, aovs, frames, &tracing, &skipped);
-    gn_bar_clear(&app.bar);
-    if (good && o.common.json) {
-        cJSON *json = gn_app_json(&app);
-        cJSON_AddStringToObject(json, "method", method.name);
-        cJSON_AddNumberToObject(json, "spp", o.samples);
-        if (o.resume)
-            cJSON_AddNumberToObject(json, "skipped", skipped);
-        gn_app_add_fallback(json, &app, &method, &tracing);
-        cJSON_AddItemToObject(json, "frames", frames);
-        frames = NULL;
-        good = gn_app_print_json(&app, json);
+    job *j = calloc(1, sizeof *j);
+    if (!j) {
+        fprintf(stderr, "gnomon render: out of memory\n");
+        return GN_EXIT_FAILURE;
     }
-    cJSON_Delete(frames);
-    code = good ? GN_EXIT_OK : gn_app_fail(&app);
-    gn_app_release_methods(&method, 1);
-    gn_app_close(&app);
+    j->o = (gn_render_options){.common = gn_app_options_default(),
+                               .parts = gn_app_parts_default(),
+                               .samples = 1,
+                               .fps = 30};
+    j->count = 1;
+    const char *scene;
+    int code = parse(argc, argv, &j->o, &scene);
+    if (code == GN_GO_ON)
+        code = check_options(&j->o, &j->methods[0], &j->aovs);
+    if (code == GN_GO_ON && j->o.beside && !parse_beside(j->o.beside, j->methods, &j->count))
+        code = GN_EXIT_USAGE;
+    if (code == GN_GO_ON) {
+        gn_app app = {0};
+        j->frames = cJSON_CreateArray();
+        const bool good = run(j, &app, scene) && (!j->o.common.json || print(j, &app));
+        cJSON_Delete(j->frames);
+        for (uint32_t k = 0; k < j->count; k++)
+            gn_shot_close(&j->shots[k]);
+        code = good ? GN_EXIT_OK : gn_app_fail(&app);
+        gn_app_release_methods(j->methods, j->count);
+        gn_app_close(&app);
+    }
+    free(j);
     return code;
 }

@@ -15,6 +15,7 @@ typedef struct gn_render_options {
     gn_frames frames;
     double fps;
     bool resume;
+    const char *beside; /* methods, separated by commas */
 } gn_render_options;
 
 static inline bool gn_ends_with(const char *text, const char *end)
@@ -23,10 +24,45 @@ static inline bool gn_ends_with(const char *text, const char *end)
     return a > b && strcmp(text + a - b, end) == 0;
 }
 
-/* Renders what the options ask for and writes it; frames and tracing get what there is to report,
- * *skipped how many frames were there before. */
-bool gn_render_sequence(gn_app *app, const gn_render_options *o, const gn_app_method *method,
-                        uint32_t aovs, cJSON *frames, gn_app_tracing *tracing, uint32_t *skipped);
+/* A method at work on a view of its own. */
+typedef struct gn_shot {
+    gn_frame frame;
+    gn_visibility_stats *stats; /* one a light */
+    gn_app_tracing tracing;     /* of all frames */
+    double update_ms;           /* moving the scene to the frame at hand */
+} gn_shot;
+
+/* Opened or not, a shot is to be closed. */
+bool gn_shot_open(gn_shot *shot, gn_app *app, const gn_render_options *o,
+                  const gn_app_method *method, uint32_t aovs);
+void gn_shot_close(gn_shot *shot);
+/* Seconds; frames before the animation stand still at its start, those of one picture at its time.
+ */
+double gn_time_of(const gn_render_options *o, int64_t number);
+/* Moves the scene to a frame. */
+bool gn_shot_move(gn_shot *shot, const gn_render_options *o, int64_t number);
+/* Renders it, up to its pictures. */
+bool gn_shot_render(gn_shot *shot);
+/* The frames that are not shown: those of a history, or before the first. */
+bool gn_shot_warm_up(gn_shot *shot, const gn_render_options *o, uint32_t first);
+/* Moves to a frame that nobody looks at, for what the next one is measured against. */
+bool gn_shot_look_back(gn_shot *shot, const gn_render_options *o, uint32_t number);
+/* What there is to say of a frame. */
+cJSON *gn_shot_report(const gn_shot *shot, const gn_render_options *o, uint32_t number,
+                      double write_ms);
+
+/* Renders what the options ask for into pictures; frames gets a report for each, *skipped how many
+ * were there before. */
+bool gn_render_sequence(gn_shot *shot, const gn_render_options *o, cJSON *frames,
+                        uint32_t *skipped);
+/* Renders it into a video, the shots side by side. */
+bool gn_render_video(gn_shot *shots, uint32_t count, const gn_render_options *o, cJSON *frames);
+
+/* Writes text into an 8-bit RGB picture of stride pixels a row, on a dark ground, its corner at x,
+ * y; each dot of its letters is scale pixels wide. What does not fit into width and height is cut.
+ * Knows small letters, digits, and "-+:=.,": what names of methods are made of. */
+void gn_draw_label(uint8_t *rgb, uint32_t width, uint32_t height, uint32_t stride, uint32_t x,
+                   uint32_t y, uint32_t scale, const char *text);
 
 /* The file of one frame of a sequence: its number in place of "####" or "%04d", or else before the
  * extension. */

@@ -135,4 +135,54 @@ static inline bool same_files(const char *a, const char *b)
     return system(command) == 0;
 }
 
+/* Starts the program in the folder, its messages in .err. */
+static inline pid_t start(const char *arguments)
+{
+    const pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        char command[1024];
+        snprintf(command, sizeof command, "exec %s %s >.out 2>.err", GNOMON_PROGRAM, arguments);
+        execl("/bin/sh", "sh", "-c", command, (char *)NULL);
+        _exit(99);
+    }
+    return child;
+}
+
+/* Waits until the program minds its signals. */
+static inline void wait_for_handler(pid_t child, int number)
+{
+    char name[64], text[4096];
+    snprintf(name, sizeof name, "/proc/%ld/status", (long)child);
+    for (int i = 0; i < 6000; i++) {
+        read_all(name, text, sizeof text);
+        const char *caught = strstr(text, "SigCgt:");
+        assert_non_null(caught);
+        if (strtoull(caught + 7, NULL, 16) >> (number - 1) & 1)
+            return;
+        usleep(5000);
+    }
+    fail();
+}
+
+/* Waits until a file is there, sends a signal, and waits for the end; the exit code. */
+static inline int interrupt(pid_t child, const char *file, int number)
+{
+    for (int i = 0; i < 6000 && !exists(file); i++)
+        usleep(5000);
+    assert_true(exists(file));
+    wait_for_handler(child, number);
+    kill(child, number);
+    int status;
+    assert_int_equal(waitpid(child, &status, 0), child);
+    read_all(".out", out, sizeof out);
+    read_all(".err", err, sizeof err);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+static inline void assert_no_partial_files(void)
+{
+    assert_int_equal(system("ls -a | grep -q '\\.part$'"), 256); /* grep found none */
+}
+
 #endif
