@@ -5,6 +5,7 @@
 #include "method.h"
 
 #include "measure/measure.h"
+#include "bench_machine.h"
 
 #define GN_BENCH_BASELINE "naive" /* the pseudo-method */
 
@@ -14,6 +15,7 @@ typedef struct gn_bench_options {
     double fps, start;         /* frame f is at start + f / fps seconds */
     uint32_t reference;        /* samples a pixel of the reference; 0: none */
     uint32_t reference_frames; /* how many frames get one, spread over the path */
+    const gn_machine *machine; /* opened before the app */
     uint32_t profile_row;      /* of pixels, whose visibility over time is kept; GN_NONE: none */
 } gn_bench_options;
 
@@ -26,10 +28,11 @@ typedef struct gn_bench_part {
 
 /* What one method did in one frame. */
 typedef struct gn_bench_frame {
-    gn_app_cost cost;       /* of the fastest repeat */
-    double slowest;         /* repeat, milliseconds */
-    double wrong, mean_abs; /* against its yardstick */
-    double flicker;         /* since the frame before; NaN in the first */
+    gn_app_cost cost;                /* of the fastest repeat */
+    double slowest;                  /* repeat, milliseconds */
+    double counts[GN_COUNTER_COUNT]; /* of the fastest repeat; NaN where not counted */
+    double wrong, mean_abs;          /* against its yardstick */
+    double flicker;                  /* since the frame before; NaN in the first */
 } gn_bench_frame;
 
 /* What one method did, over all frames. */
@@ -46,14 +49,15 @@ typedef struct gn_bench_row {
     gn_spread speedup_naive; /* the baseline's time over this one's, frame by frame; 0 without */
     gn_bench_part speedup;   /* the same of its yardstick; 0 without */
     double wrong, mean_abs;  /* against its yardstick, mean over the frames */
-    double wrong_max, mean_abs_max; /* worst frame */
-    double rays;                    /* a frame, mean */
-    gn_leak_counts leak;            /* all frames together */
-    gn_app_tracing tracing;         /* all frames together; no lights where none was traced */
-    gn_bench_part build;            /* of light buffers, part of the visibility stage */
-    gn_app_tracing before;          /* the warm-up's */
-    uint32_t map_layers;            /* of all lights; 0 without maps */
-    double map_fits, map_pending;   /* layers placed anew, being drawn, a frame, mean */
+    double wrong_max, mean_abs_max;  /* worst frame */
+    double rays;                     /* a frame, mean */
+    double counts[GN_COUNTER_COUNT]; /* a frame, mean; NaN where not counted */
+    gn_leak_counts leak;             /* all frames together */
+    gn_app_tracing tracing;          /* all frames together; no lights where none was traced */
+    gn_bench_part build;             /* of light buffers, part of the visibility stage */
+    gn_app_tracing before;           /* the warm-up's */
+    uint32_t map_layers;             /* of all lights; 0 without maps */
+    double map_fits, map_pending;    /* layers placed anew, being drawn, a frame, mean */
     size_t map_bytes, mask_bytes;
     bool steady;             /* flicker and toggles were measured */
     double flicker, toggles; /* docs/metrics.md */
@@ -65,7 +69,8 @@ typedef struct gn_bench_row {
 typedef struct gn_bench_result {
     gn_bench_row rows[GN_APP_MAX_METHODS + 1]; /* the reference, if on every frame, comes last */
     uint32_t count;
-    uint32_t frame_count, light_count;
+    uint32_t frame_count, light_count, repeats; /* repeats: those that were finished */
+    double others; /* share of the processors' time that other programs used; NaN: not known */
     gn_bench_frame *frames; /* frame_count for each method */
     float *profile; /* of each row in turn (the reference last): width values for each frame, the
                        mean visibility of the lights, NaN where no surface is; NULL: none */
@@ -77,10 +82,14 @@ typedef struct gn_bench_result {
 } gn_bench_result;
 
 /* Runs it. methods: real ones, or the pseudo-method "naive". result holds what was found until
- * gn_bench_free(), whatever is returned. */
+ * gn_bench_free(), whatever is returned: after an interrupt the repeats that were finished, if any
+ * (count > 0). */
 bool gn_bench_run(gn_app *app, const gn_bench_options *options, gn_app_method *methods,
                   uint32_t method_count, gn_bench_result *result);
 void gn_bench_free(gn_app *app, gn_bench_result *result);
+
+/* Was the machine busy with other things? text: a sentence about it. */
+bool gn_bench_busy(const gn_bench_result *result, char text[256]);
 
 /* The row with that name, or NULL. */
 const gn_bench_row *gn_bench_find(const gn_bench_result *result, const char *name);
@@ -99,6 +108,12 @@ cJSON *gn_bench_json(const gn_app *app, const gn_bench_options *o, const gn_benc
 bool gn_bench_write_profile(gn_app *app, const gn_bench_options *options,
                             const gn_bench_result *result, const char *path);
 
+/* runs: a list of gn_bench_json(). */
+bool gn_bench_write_csv(gn_app *app, const cJSON *runs, const char *path);
+
+/* Point lights in place of those chosen: a disc of them around a lamp of the scene's. */
+bool gn_bench_hang_lamps(gn_app *app, uint32_t count);
+
 /* The table of tracers; width: of names. */
 void gn_bench_print_tracing(const gn_app *app, const gn_bench_result *result, int width);
 /* The same, and series, added to a method that has its "series". */
@@ -111,5 +126,7 @@ int gn_app_bench_filter(int argc, char **argv);
 int gn_app_bench_maps(int argc, char **argv);
 /* gnomon bench --evaluate: the reading of shadow maps (bench_evaluate.c). */
 int gn_app_bench_evaluate(int argc, char **argv);
+/* gnomon bench --compare: two files of results (bench_compare.c). */
+int gn_app_bench_compare(int argc, char **argv);
 
 #endif

@@ -1,4 +1,5 @@
 /* gnomon bench: its results as JSON. */
+#include <math.h>
 #include <stdio.h>
 
 #include "bench.h"
@@ -59,6 +60,19 @@ static void add_passes(cJSON *json, const gn_bench_result *result, const gn_benc
     }
 }
 
+/* Hardware counters, those that there are. */
+static void add_counters(cJSON *json, const gn_bench_row *row)
+{
+    cJSON *counters = NULL;
+    for (int i = 0; i < GN_COUNTER_COUNT; i++) {
+        if (!isfinite(row->counts[i]))
+            continue;
+        if (!counters)
+            counters = cJSON_AddObjectToObject(json, "counters");
+        cJSON_AddNumberToObject(counters, gn_counter_names[i], row->counts[i]);
+    }
+}
+
 static void add_method(cJSON *methods, const gn_app *app, const gn_bench_result *result,
                        const gn_bench_row *row, double pixels)
 {
@@ -78,6 +92,7 @@ static void add_method(cJSON *methods, const gn_app *app, const gn_bench_result 
             cJSON_AddNumberToObject(json, "rays_per_second",
                                     row->rays / row->visibility.spread.median * 1e3);
         }
+        add_counters(json, row);
         if (row->map_layers > 0) {
             cJSON *map = cJSON_AddObjectToObject(json, "map");
             cJSON_AddNumberToObject(map, "layers", row->map_layers);
@@ -152,8 +167,9 @@ cJSON *gn_bench_json(const gn_app *app, const gn_bench_options *o, const gn_benc
     cJSON *json = gn_app_json(app);
     cJSON_AddNumberToObject(json, "frames", o->frames);
     cJSON_AddNumberToObject(json, "fps", o->fps);
+    cJSON_AddNumberToObject(json, "time", o->start);
     cJSON_AddNumberToObject(json, "warm_up", o->warm_up);
-    cJSON_AddNumberToObject(json, "repeats", o->repeats);
+    cJSON_AddNumberToObject(json, "repeats", result->repeats);
     cJSON_AddNumberToObject(json, "instanced_triangles", (double)app->info.instanced_triangles);
     cJSON_AddNumberToObject(json, "rays", (double)result->rays);
     add_spread(json, "update_ms", result->update);
@@ -163,6 +179,11 @@ cJSON *gn_bench_json(const gn_app *app, const gn_bench_options *o, const gn_benc
         cJSON_AddNumberToObject(reference, "frames", result->referenced);
         cJSON_AddNumberToObject(reference, "mean_visibility", result->reference_mean);
     }
+    char busy[256];
+    cJSON_AddBoolToObject(json, "busy", gn_bench_busy(result, busy));
+    cJSON_AddNumberToObject(json, "other_load", result->others); /* NaN is written as null */
+    if (!o->machine->counts)
+        cJSON_AddStringToObject(json, "no_counters", o->machine->reason);
     cJSON *methods = cJSON_AddArrayToObject(json, "methods");
     for (uint32_t i = 0; i < result->count; i++)
         add_method(methods, app, result, &result->rows[i], pixels);

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "naive.h"
@@ -72,10 +73,16 @@ static bool time_methods(runner *r, uint32_t repeat, uint32_t frame)
         const uint32_t m = (turn + repeat + frame) % r->method_count;
         gn_bench_frame *f = frame_of(r, m, frame);
         gn_app_cost cost;
+        double before[GN_COUNTER_COUNT], after[GN_COUNTER_COUNT];
+        gn_machine_read(r->options->machine, before);
         if (!run_method(r, m, &cost))
             return false;
-        if (repeat == 0 || cost.total < f->cost.total)
+        gn_machine_read(r->options->machine, after);
+        if (repeat == 0 || cost.total < f->cost.total) {
             f->cost = cost;
+            for (int i = 0; i < GN_COUNTER_COUNT; i++)
+                f->counts[i] = after[i] - before[i];
+        }
         f->slowest = fmax(f->slowest, cost.total);
         rays = cost.tracing.rays > rays ? cost.tracing.rays : rays;
     }
@@ -354,6 +361,8 @@ static void summarise_method(runner *r, uint32_t m, uint32_t naive)
         row->mean_abs += frame->mean_abs / frames;
         row->mean_abs_max = fmax(row->mean_abs_max, frame->mean_abs);
         row->rays += (double)frame->cost.tracing.rays / frames;
+        for (int i = 0; i < GN_COUNTER_COUNT; i++)
+            row->counts[i] += frame->counts[i] / frames;
         row->map_fits += (double)frame->cost.fitted / frames;
         row->map_pending += (double)frame->cost.pending / frames;
         gn_app_add_counts(&row->leak, &frame->cost.leak);
@@ -387,6 +396,7 @@ static void summarise(runner *r)
             summarise_method(r, m, naive);
     }
     result->count = r->method_count;
+    result->others = gn_machine_others(r->options->machine);
     result->rays = frames > 0 ? result->rays / frames : 0;
     result->referenced = r->reference_frames;
     result->reference_mean /= fmax(r->reference_frames, 1);
@@ -460,9 +470,12 @@ bool gn_bench_run(gn_app *app, const gn_bench_options *options, gn_app_method *m
                         repeat + 1, options->repeats, frame + 1, end);
             good = run_frame(&r, repeat, frame);
         }
+        result->repeats += good;
+        gn_app_finished(app, "%u of %u runs of the path are finished", result->repeats,
+                        options->repeats);
     }
     gn_bar_clear(&app->bar);
-    if (good)
+    if (good || (result->repeats > 0 && gn_app_interrupted()))
         summarise(&r);
     clean_up(&r);
     return good;
@@ -480,6 +493,23 @@ const gn_bench_row *gn_bench_rival(const gn_bench_result *result)
 {
     const gn_bench_row *rival = gn_bench_find(result, "ray-mip0");
     return rival ? rival : gn_bench_find(result, "ray-mip0:bvh");
+}
+
+bool gn_bench_busy(const gn_bench_result *result, char text[256])
+{
+    int used = 0;
+    text[0] = '\0';
+    if (result->others > 0.1)
+        used = snprintf(text, 256, "other programs used %.0f %% of its processors",
+                        result->others * 100);
+    for (uint32_t i = 0; i < result->count; i++)
+        if (result->rows[i].timed && result->rows[i].noise > 1.15) {
+            used += snprintf(text + used, 256 - (size_t)used,
+                             "%srepeats of %.80s differ by a factor of %.2f", used ? "; " : "",
+                             result->rows[i].name, result->rows[i].noise);
+            break;
+        }
+    return used > 0;
 }
 
 double gn_bench_ratio(double value, double rival)

@@ -1,4 +1,5 @@
 /* gnomon bench: the tables. */
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -101,6 +102,34 @@ static void print_residuals(const gn_bench_result *result)
     printf("residual: after the change of the reference from frame to frame is taken off.\n");
 }
 
+static void print_counters(const gn_bench_result *result, const gn_machine *machine)
+{
+    if (!machine->counts) {
+        printf("\nNo hardware counters: %s.\n", machine->reason);
+        return;
+    }
+    const int width = name_width(result);
+    printf("\n%-*s%10s%10s%9s%14s%15s\n", width, "a frame", "M instr", "M cycles", "a cycle",
+           "k cache miss", "k branch miss");
+    for (uint32_t i = 0; i < result->count; i++) {
+        const double *n = result->rows[i].counts;
+        if (!result->rows[i].timed)
+            continue;
+        printf("%-*s", width, result->rows[i].name);
+        print_cell(isnan(n[GN_COUNTER_INSTRUCTIONS]) ? -1 : n[GN_COUNTER_INSTRUCTIONS] * 1e-6,
+                   "%*.2f", 10);
+        print_cell(isnan(n[GN_COUNTER_CYCLES]) ? -1 : n[GN_COUNTER_CYCLES] * 1e-6, "%*.2f", 10);
+        const double rate = n[GN_COUNTER_INSTRUCTIONS] / n[GN_COUNTER_CYCLES];
+        print_cell(isfinite(rate) ? rate : -1, "%*.2f", 9);
+        print_cell(isnan(n[GN_COUNTER_CACHE_MISSES]) ? -1 : n[GN_COUNTER_CACHE_MISSES] * 1e-3,
+                   "%*.1f", 14);
+        print_cell(isnan(n[GN_COUNTER_BRANCH_MISSES]) ? -1 : n[GN_COUNTER_BRANCH_MISSES] * 1e-3,
+                   "%*.1f", 15);
+        printf("\n");
+    }
+    printf("Hardware counters of all threads, of the fastest repeat of a frame, mean.\n");
+}
+
 void gn_bench_print(const gn_app *app, const gn_bench_options *o, const gn_bench_result *result)
 {
     const gn_bench_row *rival = gn_bench_rival(result);
@@ -150,15 +179,13 @@ void gn_bench_print(const gn_app *app, const gn_bench_options *o, const gn_bench
     print_maps(result, pixels);
     print_leaks(result, pixels * app->light_count);
     gn_bench_print_tracing(app, result, width);
+    print_counters(result, o->machine);
     printf("\nflicker, toggles and mse are in 1/1000.");
     if (result->referenced)
         printf(" The reference has %u samples a pixel on %u frames, and a mean of %.4f.",
                o->reference, result->referenced, result->reference_mean);
     printf("\n");
-    for (uint32_t i = 0; i < result->count; i++)
-        if (result->rows[i].timed && result->rows[i].noise > 1.15) {
-            printf("The machine was busy: repeats of %s differ by a factor of %.2f.\n",
-                   result->rows[i].name, result->rows[i].noise);
-            break;
-        }
+    char busy[256];
+    if (gn_bench_busy(result, busy))
+        printf("The machine was busy: %s.\n", busy);
 }
