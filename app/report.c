@@ -12,8 +12,7 @@
 #include "report.h"
 
 #define METHODS                                                                                    \
-    "ray-mip0,ray-raw,ray-test,ray-saturate,ray-coverage,sm,pcf9,vsm,evsm128,nlmsm64,ltt-evsm,"    \
-    "lt-vsm,lt-evsm"
+    "ray-mip0,ray-raw,ray-test,ray-saturate,ray-coverage,sm,pcf9,evsm128,nlmsm64,lt-vsm,lt-evsm"
 
 /* The folder, and one in it for what is not finished. */
 static bool begin(gn_app_report *r)
@@ -102,7 +101,8 @@ static bool run_all(gn_app_report *r)
         if (weight > 0 && !gn_report_run(r, run, done / whole, weight / whole))
             return false;
         done += weight;
-        count++;
+        gn_app_finished(&r->app, "%d of %d commands had run, and nothing is written", ++count,
+                        cJSON_GetArraySize(r->runs));
         if (cJSON_GetObjectItem(run, "error"))
             gn_app_note(&r->app, "%s: %s", cJSON_GetStringValue(cJSON_GetObjectItem(run, "line")),
                         cJSON_GetStringValue(cJSON_GetObjectItem(run, "error")));
@@ -230,7 +230,7 @@ int gn_app_make_report(int argc, char **argv)
     const gn_option options[] = {
         GN_TEXT("output", 'o', "DIR", &r.folder, "where the page goes"),
         GN_TEXT("methods", 'm', "A,B,...", &r.methods,
-                "methods of comparisons and sequences; default: the most telling 13"),
+                "methods of comparisons and sequences; default: the most telling 11"),
         GN_COUNT("frames", 'f', "N", &r.frames, 2, 10000, "frames of a sequence, default 40"),
         GN_TEXT("figures", 0, "A,B,...", &r.figures,
                 "names of figures, with * and ?, or none; default: all"),

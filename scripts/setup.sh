@@ -5,6 +5,7 @@
 #   scripts/setup.sh checks    for .ci/run as well: second compiler, sanitizers, linters, GLSL
 #                              tools, a Vulkan device
 #   scripts/setup.sh figures   for the pictures of docs/methods.md
+#   scripts/setup.sh browser   to test the page of gnomon report as well
 #
 # Installs what is missing with apt-get when it may: as root, or with a sudo that does not ask for a
 # password. Otherwise it prints the line to run, and exits with 1. Does nothing when all is there.
@@ -21,8 +22,9 @@ case "${1:-build}" in
 build) packages=$build ;;
 checks) packages="$build $checks" ;;
 figures) packages="$build $figures" ;;
+browser) packages="$build chromium nodejs" ;;
 *)
-    echo "usage: $0 [build|checks|figures]" >&2
+    echo "usage: $0 [build|checks|figures|browser]" >&2
     exit 2
     ;;
 esac
