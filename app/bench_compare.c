@@ -67,7 +67,13 @@ static bool read_results(gn_app *app, result_file *file)
     file->run = runs ? runs->child : file->json;
     if (!runs || !file->run)
         return check_run(app, file, file->json);
-    cJSON_ArrayForEach(run, runs) if (!check_run(app, file, run)) return false;
+    cJSON_ArrayForEach(run, runs)
+    {
+        if (!check_run(app, file, run))
+            return false;
+        if (!cJSON_IsString(get(run, "value")))
+            return gn_app_error(app, "%s: a run of its sweep has no value", file->path);
+    }
     return true;
 }
 

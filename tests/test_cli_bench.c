@@ -316,6 +316,17 @@ static void files_that_cannot_be_compared_are_refused(void **state)
         expect(1, "bench --compare old.json new.json -q");
         expect_text(err, cases[i].message);
     }
+    static const char *const sweeps[] = {"{\"runs\": []}", "{\"runs\": 3}", "{\"runs\": [3]}", "[]",
+                                         "{\"runs\": [{\"methods\": []}]}"};
+    for (size_t i = 0; i < sizeof sweeps / sizeof *sweeps; i++) {
+        FILE *file = fopen("new.json", "wb");
+        assert_non_null(file);
+        fputs(sweeps[i], file);
+        assert_int_equal(fclose(file), 0);
+        expect(1, "bench --compare old.json new.json -q");
+        expect_text(err, i < 4 ? "new.json: is no result of gnomon bench" : "has no value");
+        expect(1, "bench --compare new.json old.json -q");
+    }
     expect(1, "bench --compare old.json no.json");
     expect_text(err, "no.json");
     expect(1, "bench --compare old.json old.json --relative b");
