@@ -144,14 +144,16 @@ void gn_free(gn_context *context, void *pointer)
         free(block);
 }
 
-bool gn_grow(gn_context *context, void **data, uint32_t count, uint32_t *capacity,
-             size_t element_size)
+bool gn_reserve(gn_context *context, void **data, uint32_t count, uint32_t more, uint32_t *capacity,
+                size_t element_size)
 {
-    if (count < *capacity)
+    const uint64_t needed = (uint64_t)count + more;
+    if (needed <= *capacity)
         return true;
-    if (count >= UINT32_MAX / 2)
+    if (needed > UINT32_MAX / 2)
         return false;
-    uint32_t larger = *capacity ? *capacity * 2 : 16;
+    const uint32_t twice = *capacity ? *capacity * 2 : 16;
+    const uint32_t larger = needed > twice ? (uint32_t)needed : twice;
     void *grown = gn_alloc(context, larger, element_size);
     if (!grown)
         return false;
@@ -161,6 +163,12 @@ bool gn_grow(gn_context *context, void **data, uint32_t count, uint32_t *capacit
     *data = grown;
     *capacity = larger;
     return true;
+}
+
+bool gn_grow(gn_context *context, void **data, uint32_t count, uint32_t *capacity,
+             size_t element_size)
+{
+    return gn_reserve(context, data, count, 1, capacity, element_size);
 }
 
 void gn_parallel_for(gn_context *context, uint32_t count, gn_parallel_body body, void *user)

@@ -61,6 +61,9 @@ void gn_free(gn_context *context, void *pointer); /* NULL is fine */
  * Use: if (!gn_grow(c, (void **)&a, &n, &cap, sizeof *a)) ...; a[n++] = x; (count is not changed)*/
 bool gn_grow(gn_context *context, void **data, uint32_t count, uint32_t *capacity,
              size_t element_size);
+/* The same for `more` elements at once. */
+bool gn_reserve(gn_context *context, void **data, uint32_t count, uint32_t more, uint32_t *capacity,
+                size_t element_size);
 
 /* Parallel loops ---------------------------------------------------------------------------- */
 

@@ -22,6 +22,7 @@ typedef struct gn_shadow_rays {
     float distance[GN_RAYS];     /* where the ray ends; INFINITY for a sun */
     float cone_width[GN_RAYS];   /* at the origin, before Hit */
     float cone_angle[GN_RAYS];
+    float width[GN_RAYS];      /* of the pixel's cone at the surface: how far apart rays are */
     float visibility[GN_RAYS]; /* out: before the cutoff's rescaling; 0: blocked */
     float lod[GN_RAYS];        /* out, where statistics are asked for */
     float lookups[GN_RAYS];    /* out, likewise */

@@ -287,6 +287,8 @@ static void free_scratch(gn_context *context, gn_light_scratch *s)
     gn_free(context, s->pairs);
     gn_free(context, s->covers);
     gn_free(context, s->counts);
+    gn_free(context, s->starts);
+    gn_free(context, s->sorted);
 }
 
 static bool build_tiles(gn_light_buffer *buffer, gn_light_tile **tiles, uint32_t count)
@@ -423,17 +425,25 @@ typedef struct square {
     double left, top, side;
 } square;
 
+/* The first pixel whose centre does not lie before `place`. */
+static uint32_t first_pixel(double place, uint32_t size)
+{
+    return (uint32_t)fmin(fmax(ceil(place - 0.5), 0.0), size);
+}
+
 static void draw_tile(const gn_light_tile *tile, const square *shown, uint32_t size, float *lengths)
 {
     const double pixels = size / shown->side;
     const double x0 = (tile->centre[0] - tile->half - shown->left) * pixels;
     const double y0 = (shown->top - tile->centre[1] - tile->half) * pixels;
     const double span = 2.0 * tile->half * pixels;
-    for (double y = fmax(ceil(y0 - 0.5), 0.0); y < fmin(y0 + span - 0.5, size); y += 1.0)
-        for (double x = fmax(ceil(x0 - 0.5), 0.0); x < fmin(x0 + span - 0.5, size); x += 1.0) {
+    const uint32_t left = first_pixel(x0, size), right = first_pixel(x0 + span, size);
+    const uint32_t top = first_pixel(y0, size), bottom = first_pixel(y0 + span, size);
+    for (uint32_t y = top; y < bottom; y++)
+        for (uint32_t x = left; x < right; x++) {
             const double place[2] = {shown->left + (x + 0.5) / pixels,
                                      shown->top - (y + 0.5) / pixels};
-            lengths[(size_t)y * size + (size_t)x] = length_at(tile, place);
+            lengths[(size_t)y * size + x] = length_at(tile, place);
         }
 }
 
@@ -448,11 +458,14 @@ static void draw_tiles(const gn_light_buffer *buffer, uint32_t face, const squar
         }
     for (size_t i = 0; i < (size_t)size * size; i++)
         lengths[i] = -1.0f;
-    for (double half = coarsest; half >= finest; half *= 0.5)
+    double half = 2.0 * coarsest;
+    while (half > finest) {
+        half *= 0.5;
         for (uint32_t i = 0; i < buffer->tile_count; i++)
             if (buffer->tiles[i]->face == face && buffer->tiles[i]->half == half &&
                 !buffer->tiles[i]->refused)
                 draw_tile(buffer->tiles[i], shown, size, lengths);
+    }
 }
 
 /* All tiles of a face. */

@@ -40,6 +40,7 @@ typedef struct gn_light_items {
  * masked ones the triangle's number, an integer's bits. */
 typedef struct gn_light_cell {
     uint32_t first, opaque, masked;
+    float covered; /* what lies deeper is behind an opaque triangle that covers the cell */
 } gn_light_cell;
 
 enum { GN_LIGHT_PLANE_ROWS = 4 };
@@ -82,6 +83,14 @@ typedef struct gn_light_slot {
 } gn_light_slot;
 
 enum { GN_LIGHT_SLOT_BITS = 15, GN_LIGHT_SLOTS = 1 << GN_LIGHT_SLOT_BITS };
+
+/* A tile's key: its face, level (it is 2^level wide), column and row. */
+#define GN_LIGHT_COLUMNS 0x1p26
+static inline uint64_t gn_light_key(uint32_t face, int32_t level, int32_t column, int32_t row)
+{
+    return (uint64_t)face << 61 | (uint64_t)(level + 256) << 52 |
+           (uint64_t)(column + (1 << 25)) << 26 | (uint64_t)(row + (1 << 25));
+}
 
 typedef struct gn_light_buffer {
     gn_context *context;
@@ -126,29 +135,37 @@ void gn_light_matrix(const gn_light_buffer *buffer, uint32_t instance, double ro
 
 /* Inner loops ----------------------------------------------------------------------------------*/
 
+/* Cells of a tile, a side, at most. */
+enum { GN_LIGHT_CELL_BITS = 6, GN_LIGHT_CELLS = 1 << GN_LIGHT_CELL_BITS };
+
 /* A triangle on its way into a tile's lists, relative to the tile's centre. */
 typedef struct gn_light_triangle {
-    double x[3], y[3], w[3]; /* w: 1 under a sun */
-    double least, most;      /* depth (gnomon/shadow/light_buffer.h) */
+    float x[3], y[3], w[3];  /* w: 1 under a sun */
+    float least, most;       /* depth (gnomon/shadow/light_buffer.h) */
     double plane[3];         /* depth is plane[0] x + plane[1] y + plane[2] */
-    float low[2], high[2];   /* what it covers of the tile, [0, 1] */
+    uint8_t low[2], high[2]; /* the first and the last of GN_LIGHT_CELLS columns, and rows */
+    bool masked, thin;       /* thin: seen edge on, so that its edges and plane say nothing */
     uint32_t id;
-    bool masked;
 } gn_light_triangle;
 
+#define GN_LIGHT_MASKED 0x80000000u
 typedef struct gn_light_pair {
-    uint32_t triangle, cell;
+    uint32_t triangle, cell; /* cell: and GN_LIGHT_MASKED of a masked triangle */
+    double least;            /* depth in the cell */
 } gn_light_pair;
 
 /* A thread's room. */
 typedef struct gn_light_scratch {
     gn_light_triangle *triangles;
     gn_sort_item *order, *spare;
-    gn_light_pair *pairs;
+    gn_light_pair *pairs, *sorted;
     double *covers;   /* of each cell, the depth behind which nothing counts */
     uint32_t *counts; /* of each cell, opaque and masked */
+    uint32_t *starts; /* of each cell, in `sorted` */
+    uint64_t
+        pairs_at[GN_LIGHT_CELL_BITS + 1]; /* that tiles of 1, 2, 4... cells a side would have */
     uint32_t triangle_count, triangle_capacity, order_capacity, spare_capacity, pair_count,
-        pair_capacity;
+        pair_capacity, sorted_capacity;
 } gn_light_scratch;
 
 #endif

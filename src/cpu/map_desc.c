@@ -212,10 +212,10 @@ static double filter_deviation(uint32_t width, double sigma)
 
 /* Biases. A plane shadows itself where its depth is read at another place than the receiver's, and
  * where that depth is rounded. The first grows with texels and slope, and is what the normal bias
- * takes away, exactly (place_receivers() in map_place.inc): it is a distance in texels, whatever the
- * scene's size. The second is a property of numbers, and is left to the depth bias. Constants were
- * measured on planes of 0 to 87 degrees whose depth changes by 1e-6 to 1e-3 of the range a texel:
- * with half of any of them surfaces in the light get visibly darker. */
+ * takes away, exactly (place_receivers() in map_place.inc): it is a distance in texels, whatever
+ * the scene's size. The second is a property of numbers, and is left to the depth bias. Constants
+ * were measured on planes of 0 to 87 degrees whose depth changes by 1e-6 to 1e-3 of the range a
+ * texel: with half of any of them surfaces in the light get visibly darker. */
 
 /* Texels from a receiver's place to the centres of what is read for it. */
 static double normal_bias(const gn_map_format *format, const gn_map_desc *desc)

@@ -6,17 +6,17 @@
 gn_sort_item *gn_sort(gn_sort_item *items, gn_sort_item *spare, uint32_t count)
 {
     enum { BITS = 11, DIGITS = 1 << BITS };
+    uint64_t differ = 0;
+    for (uint32_t i = 0; i < count; i++)
+        differ |= items[i].key ^ items[0].key;
     for (int shift = 0; shift < 64; shift += BITS) {
         uint32_t first[DIGITS + 1] = {0};
+        if ((differ >> shift & (DIGITS - 1)) == 0)
+            continue;
         for (uint32_t i = 0; i < count; i++)
             first[(items[i].key >> shift & (DIGITS - 1)) + 1]++;
-        bool same = false;
-        for (uint32_t d = 1; d <= DIGITS; d++) {
-            same = same || first[d] == count;
+        for (uint32_t d = 1; d <= DIGITS; d++)
             first[d] += first[d - 1];
-        }
-        if (same)
-            continue;
         for (uint32_t i = 0; i < count; i++)
             spare[first[items[i].key >> shift & (DIGITS - 1)]++] = items[i];
         gn_sort_item *sorted = spare;
