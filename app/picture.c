@@ -94,9 +94,14 @@ void gn_settings_add_method(gn_settings *settings, const gn_app_method *method)
     settings->attributes[settings->count++] = (gn_attribute){"leak", settings->leak};
 }
 
+void gn_settings_add(gn_settings *settings, const char *key, const char *value)
+{
+    settings->attributes[settings->count++] = (gn_attribute){key, value};
+}
+
 void gn_settings_add_tracing(gn_settings *settings, const gn_app_tracing *tracing)
 {
-    settings->attributes[settings->count++] = (gn_attribute){"tracer", gn_app_answered(tracing)};
+    gn_settings_add(settings, "tracer", gn_app_answered(tracing));
 }
 
 void gn_settings_fill(gn_settings *settings, const gn_app *app, const char *method,
@@ -352,8 +357,7 @@ bool gn_frame_write_png(const gn_frame *frame, const char *path, cJSON *files)
                        : write_aov(frame, (gn_aov)aov, light, path, pixels, files);
     }
     free(pixels);
-    return good && gn_write_shaded(app, path, g->width, g->height, gn_view_image(frame->view),
-                                   frame->settings);
+    return good && gn_write_shaded(app, path, g->width, g->height, frame->image, frame->settings);
 }
 
 /* OpenEXR ----------------------------------------------------------------------------------- */
@@ -395,7 +399,7 @@ static void collect_layers(const gn_frame *frame, const float *albedo, layer_lis
 {
     const gn_gbuffer *g = gn_view_gbuffer(frame->view);
     const size_t pixels = (size_t)g->width * g->height;
-    const float *image = gn_view_image(frame->view);
+    const float *image = frame->image;
     const uint32_t aovs = frame->aovs;
     gn_layer *shaded = add_layer(list, "RGB", 0);
     shaded->stride = 3;

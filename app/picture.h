@@ -46,6 +46,8 @@ void gn_settings_fill(gn_settings *settings, const gn_app *app, const char *meth
                       uint32_t samples, double time);
 /* Adds what a method has set: its map, its leak tracing. */
 void gn_settings_add_method(gn_settings *settings, const gn_app_method *method);
+/* Adds a line of the header's own; both live as long. */
+void gn_settings_add(gn_settings *settings, const char *key, const char *value);
 /* Adds what answered its rays. */
 void gn_settings_add_tracing(gn_settings *settings, const gn_app_tracing *tracing);
 
@@ -54,6 +56,7 @@ typedef struct gn_frame {
     gn_app *app;
     gn_view *view; /* with its own history */
     const gn_settings *settings;
+    const float *image; /* the shaded picture: the view's, or what was made of it */
     const gn_app_method *method;
     uint32_t aovs;              /* a set of bits */
     float *facts[GN_AOV_COUNT]; /* what only visibility knows: a plane for each light; NULL unless

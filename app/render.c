@@ -14,6 +14,11 @@ static const char *default_method(const gn_render_options *o)
     return o->frames.given && o->samples == 1 ? "lt-vsm:coverage" : "ray";
 }
 
+const char *const gn_app_antialias_names[] = {"none", "taa", "smaa-t2x", NULL};
+
+/* Frames before a single picture: two turns of the places in the pixel, and one of two. */
+static const uint32_t warm_ups[] = {0, 15, 1};
+
 /* What the table cannot check by itself. */
 static int check_options(gn_render_options *o, gn_app_method *method, uint32_t *aovs)
 {
@@ -41,8 +46,18 @@ static int check_options(gn_render_options *o, gn_app_method *method, uint32_t *
                                         "belongs to them) exclude each other");
     if (o->frames.given && o->common.time > 0)
         return gn_usage_error("render", "--time and --frames exclude each other");
-    if (o->history_in && o->warm_up > 0)
+    if (o->history_in && o->warm_up != GN_NONE && o->warm_up > 0)
         return gn_usage_error("render", "--history-in and --warm-up exclude each other");
+    if (o->antialias != GN_APP_NO_ANTIALIAS && o->samples > 1)
+        return gn_usage_error("render", "--antialias and --spp exclude each other: it has a sample "
+                                        "a frame");
+    if (o->antialias != GN_APP_NO_ANTIALIAS && (o->history_in || o->history_out))
+        return gn_usage_error("render",
+                              "--antialias and --%s exclude each other: its pictures are "
+                              "not in a history",
+                              o->history_in ? "history-in" : "history-out");
+    if (o->warm_up == GN_NONE)
+        o->warm_up = o->frames.given ? 0 : warm_ups[o->antialias];
     if (o->resume && (!o->frames.given || o->history_out))
         return gn_usage_error("render", "--resume %s",
                               o->history_out ? "and --history-out exclude each other"
@@ -98,14 +113,17 @@ static int parse(int argc, char **argv, gn_render_options *o, const char **scene
         GN_APP_SHOT_OPTIONS(o->common),
         GN_APP_TIME_OPTION(o->common),
         GN_FRAMES("frames", 'f', &o->frames, "frames A to B, both included, of the animation"),
-        GN_TEXT("beside", 0, "A,B,...", &o->beside,
-                "of a video: methods to the right of the first, each with its name"),
+        GN_TEXT(
+            "beside", 0, "A,B,...", &o->beside,
+            "of a video: methods to the right of the first, each perhaps with +taa or +smaa-t2x"),
         GN_REAL("fps", 0, "N", &o->fps, 0.001, 1e6, "frames a second, default 30"),
         GN_TEXT("aov", 0, "LIST", &o->aov, "more outputs, separated by commas; see below"),
         GN_COUNT("spp", 0, "N", &o->samples, 1, 4096,
                  "samples a pixel, default 1; more: a supersampled reference"),
+        GN_CHOICE("antialias", 0, "HOW", &o->antialias, gn_app_antialias_names,
+                  "none (the default), taa (over time) or smaa-t2x (edges, and two frames)"),
         GN_COUNT("warm-up", 0, "N", &o->warm_up, 0, 1000,
-                 "frames before the first, not written, default 0"),
+                 "frames before the first, not written, default 0; of a picture with taa 15"),
         GN_TEXT("history-in", 0, "FILE", &o->history_in,
                 "go on from what --history-out wrote after the frame before"),
         GN_TEXT("history-out", 0, "FILE", &o->history_out,
@@ -121,19 +139,49 @@ static int parse(int argc, char **argv, gn_render_options *o, const char **scene
     return gn_options_parse(&usage, options, argc, argv, scene);
 }
 
-/* The methods of --beside. */
-static bool parse_beside(const char *list, gn_app_method methods[MAX_SHOTS], uint32_t *count)
+typedef struct job {
+    gn_render_options o;
+    gn_app_method methods[MAX_SHOTS];
+    gn_app_antialias antialias[MAX_SHOTS];
+    char names[MAX_SHOTS][160];
+    gn_shot shots[MAX_SHOTS];
+    uint32_t count, aovs, skipped;
+    cJSON *frames;
+} job;
+
+/* "ray-mip0+taa": a method, and how its pictures are antialiased. */
+static bool parse_shot(job *j, const char *text)
 {
-    for (const char *start = list;; start++) {
-        char name[128];
+    char name[128];
+    const size_t length = strcspn(text, "+");
+    snprintf(name, sizeof name, "%.*s", (int)(length < 127 ? length : 127), text);
+    if (text[length]) {
+        uint32_t kind = GN_APP_TAA;
+        while (gn_app_antialias_names[kind] &&
+               strcmp(gn_app_antialias_names[kind], text + length + 1) != 0)
+            kind++;
+        if (!gn_app_antialias_names[kind]) {
+            gn_usage_error("render", "--beside %s: behind '+' stands taa or smaa-t2x", text);
+            return false;
+        }
+        j->antialias[j->count] = (gn_app_antialias)kind;
+    }
+    return gn_app_parse_method("render", name, NULL, &j->methods[j->count++]);
+}
+
+/* The methods of --beside. */
+static bool parse_beside(job *j)
+{
+    for (const char *start = j->o.beside;; start++) {
+        char text[160];
         const size_t length = strcspn(start, ",");
-        if (*count == MAX_SHOTS) {
+        if (j->count == MAX_SHOTS) {
             gn_usage_error("render", "--beside: at most %d methods fit beside the first",
                            MAX_SHOTS - 1);
             return false;
         }
-        snprintf(name, sizeof name, "%.*s", (int)(length < 127 ? length : 127), start);
-        if (!gn_app_parse_method("render", name, NULL, &methods[(*count)++]))
+        snprintf(text, sizeof text, "%.*s", (int)(length < 159 ? length : 159), start);
+        if (!parse_shot(j, text))
             return false;
         start += length;
         if (!*start)
@@ -141,22 +189,19 @@ static bool parse_beside(const char *list, gn_app_method methods[MAX_SHOTS], uin
     }
 }
 
-typedef struct job {
-    gn_render_options o;
-    gn_app_method methods[MAX_SHOTS];
-    gn_shot shots[MAX_SHOTS];
-    uint32_t count, aovs, skipped;
-    cJSON *frames;
-} job;
-
 static bool run(job *j, gn_app *app, const char *scene)
 {
     const gn_render_options *o = &j->o;
     bool good = gn_app_open(app, "render", &o->common) &&
                 gn_app_use_methods(app, j->methods, j->count) && gn_app_load(app, scene) &&
                 gn_app_choose(app);
-    for (uint32_t k = 0; k < j->count && good; k++)
-        good = gn_shot_open(&j->shots[k], app, o, &j->methods[k], j->aovs);
+    for (uint32_t k = 0; k < j->count && good; k++) {
+        const bool plain = j->antialias[k] == GN_APP_NO_ANTIALIAS;
+        snprintf(j->names[k], sizeof j->names[k], "%s%s%s", j->methods[k].name, plain ? "" : "+",
+                 plain ? "" : gn_app_antialias_names[j->antialias[k]]);
+        good = gn_shot_open(&j->shots[k], app, o, &j->methods[k], j->names[k], j->antialias[k],
+                            j->aovs);
+    }
     if (good && gn_ends_with(o->output, ".mp4"))
         good = gn_render_video(j->shots, j->count, o, j->frames);
     else
@@ -174,6 +219,7 @@ static bool print(job *j, gn_app *app)
     cJSON *json = gn_app_json(app);
     cJSON_AddStringToObject(json, "method", j->methods[0].name);
     cJSON_AddNumberToObject(json, "spp", j->o.samples);
+    cJSON_AddStringToObject(json, "antialias", gn_app_antialias_names[j->antialias[0]]);
     if (j->o.resume)
         cJSON_AddNumberToObject(json, "skipped", j->skipped);
     if (gn_ends_with(j->o.output, ".mp4"))
@@ -194,13 +240,15 @@ int gn_app_render(int argc, char **argv)
     j->o = (gn_render_options){.common = gn_app_options_default(),
                                .parts = gn_app_parts_default(),
                                .samples = 1,
+                               .warm_up = GN_NONE,
                                .fps = 30};
     j->count = 1;
     const char *scene;
     int code = parse(argc, argv, &j->o, &scene);
     if (code == GN_GO_ON)
         code = check_options(&j->o, &j->methods[0], &j->aovs);
-    if (code == GN_GO_ON && j->o.beside && !parse_beside(j->o.beside, j->methods, &j->count))
+    j->antialias[0] = (gn_app_antialias)j->o.antialias;
+    if (code == GN_GO_ON && j->o.beside && !parse_beside(j))
         code = GN_EXIT_USAGE;
     if (code == GN_GO_ON) {
         gn_app app = {0};

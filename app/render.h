@@ -6,6 +6,10 @@
 
 #include "picture.h"
 
+typedef enum gn_app_antialias { GN_APP_NO_ANTIALIAS, GN_APP_TAA, GN_APP_SMAA_T2X } gn_app_antialias;
+
+extern const char *const gn_app_antialias_names[]; /* in this order, ending with NULL */
+
 typedef struct gn_render_options {
     gn_app_options common;
     const char *output, *method, *aov;
@@ -15,7 +19,8 @@ typedef struct gn_render_options {
     gn_frames frames;
     double fps;
     bool resume;
-    const char *beside; /* methods, separated by commas */
+    const char *beside; /* methods, separated by commas, perhaps with "+taa" */
+    uint32_t antialias; /* gn_app_antialias_names */
 } gn_render_options;
 
 static inline bool gn_ends_with(const char *text, const char *end)
@@ -27,14 +32,19 @@ static inline bool gn_ends_with(const char *text, const char *end)
 /* A method at work on a view of its own. */
 typedef struct gn_shot {
     gn_frame frame;
+    const char *name;           /* of the method, and how it is antialiased */
+    gn_antialias *antialias;    /* NULL: none */
+    float *smooth;              /* its picture, which is the frame's then */
     gn_visibility_stats *stats; /* one a light */
     gn_app_tracing tracing;     /* of all frames */
     double update_ms;           /* moving the scene to the frame at hand */
+    double antialias_ms;
 } gn_shot;
 
 /* Opened or not, a shot is to be closed. */
 bool gn_shot_open(gn_shot *shot, gn_app *app, const gn_render_options *o,
-                  const gn_app_method *method, uint32_t aovs);
+                  const gn_app_method *method, const char *name, gn_app_antialias antialias,
+                  uint32_t aovs);
 void gn_shot_close(gn_shot *shot);
 /* Seconds; frames before the animation stand still at its start, those of one picture at its time.
  */
@@ -78,7 +88,8 @@ typedef struct gn_resume {
     const gn_render_options *options;
     const gn_frame *frame;
     char state[4096];     /* the file's name */
-    bool keeps;           /* the method does keep something */
+    bool keeps;           /* the method does keep something, or antialiasing does */
+    bool saves;           /* and all of it can be saved: antialiasing's cannot */
     uint32_t first, last; /* the frames that are missing, and those between that are there */
     uint32_t from;        /* the first to be rendered, perhaps without a picture */
     bool loaded;          /* the view goes on behind frame from - 1 */

@@ -114,7 +114,9 @@ static bool load(gn_resume *r)
 bool gn_resume_begin(gn_resume *r, const gn_render_options *o, const gn_frame *frame)
 {
     const gn_frames *wanted = &o->frames;
-    *r = (gn_resume){.options = o, .frame = frame, .keeps = gn_app_has_map(frame->method)};
+    const bool antialias = o->antialias != GN_APP_NO_ANTIALIAS, map = gn_app_has_map(frame->method);
+    *r = (gn_resume){
+        .options = o, .frame = frame, .keeps = map || antialias, .saves = map && !antialias};
     char name[4000];
     if (!gn_sequence_path(frame->app, o->output, "resume", name, sizeof name))
         return false;
@@ -131,7 +133,7 @@ bool gn_resume_begin(gn_resume *r, const gn_render_options *o, const gn_frame *f
     }
     const bool all = r->first > r->last;
     r->from = r->keeps && !all ? wanted->first : r->first;
-    if (r->keeps && !all && access(r->state, F_OK) == 0 && !load(r))
+    if (r->saves && !all && access(r->state, F_OK) == 0 && !load(r))
         return false;
     if (r->there > 0)
         gn_app_note(frame->app, "%u of %u frames are there already", r->there,
@@ -148,7 +150,7 @@ bool gn_resume_begin(gn_resume *r, const gn_render_options *o, const gn_frame *f
 
 bool gn_resume_save(const gn_resume *r, uint32_t frame)
 {
-    if (!r->keeps)
+    if (!r->saves)
         return true;
     char *note = make_note(r, frame);
     const bool good = note ? gn_history_set_note(gn_view_history(r->frame->view), note) == GN_OK &&
@@ -160,6 +162,6 @@ bool gn_resume_save(const gn_resume *r, uint32_t frame)
 
 void gn_resume_end(const gn_resume *r)
 {
-    if (r->keeps)
+    if (r->saves)
         unlink(r->state);
 }

@@ -93,6 +93,8 @@ static bool render_frame(const gn_render_options *o, gn_shot *shot, uint32_t num
     gn_settings_add_method(&settings, frame->method);
     if (gn_app_has_rays(frame->method))
         gn_settings_add_tracing(&settings, &frame->tracing);
+    if (shot->antialias)
+        gn_settings_add(&settings, "antialias", gn_app_antialias_names[o->antialias]);
     frame->settings = &settings;
     cJSON *files = cJSON_CreateArray();
     frame->lists = cJSON_CreateArray();

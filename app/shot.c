@@ -13,6 +13,8 @@ void gn_shot_close(gn_shot *shot)
     for (uint32_t aov = 0; aov < GN_AOV_COUNT; aov++)
         free(shot->frame.facts[aov]);
     gn_view_destroy(&shot->frame.view);
+    gn_antialias_destroy(&shot->antialias);
+    free(shot->smooth);
     free(shot->stats);
 }
 
@@ -40,14 +42,30 @@ static bool make_facts(gn_shot *shot)
     return true;
 }
 
+static bool open_antialias(gn_shot *shot, gn_app_antialias kind)
+{
+    gn_app *app = shot->frame.app;
+    if (kind == GN_APP_NO_ANTIALIAS)
+        return true;
+    gn_antialias_desc desc = gn_antialias_desc_default();
+    desc.kind = kind == GN_APP_TAA ? GN_ANTIALIAS_TAA : GN_ANTIALIAS_SMAA_T2X;
+    desc.width = app->options.size[0];
+    desc.height = app->options.size[1];
+    shot->smooth = malloc((size_t)desc.width * desc.height * 3 * sizeof *shot->smooth);
+    return (shot->smooth || gn_app_error(app, "out of memory")) &&
+           gn_antialias_create(app->device, &desc, &shot->antialias) == GN_OK;
+}
+
 bool gn_shot_open(gn_shot *shot, gn_app *app, const gn_render_options *o,
-                  const gn_app_method *method, uint32_t aovs)
+                  const gn_app_method *method, const char *name, gn_app_antialias antialias,
+                  uint32_t aovs)
 {
     const gn_view_desc desc = gn_app_view_desc(app, o->samples);
-    *shot = (gn_shot){.frame = {.app = app, .method = method, .aovs = aovs}};
+    *shot = (gn_shot){.frame = {.app = app, .method = method, .aovs = aovs}, .name = name};
     shot->stats = calloc(app->light_count, sizeof *shot->stats);
     if ((!shot->stats && !gn_app_error(app, "out of memory")) ||
-        gn_view_create(app->device, &desc, &shot->frame.view) != GN_OK || !make_facts(shot))
+        gn_view_create(app->device, &desc, &shot->frame.view) != GN_OK || !make_facts(shot) ||
+        !open_antialias(shot, antialias))
         return false;
     gn_view_set_stats(shot->frame.view, shot->stats);
     return true;
@@ -77,10 +95,25 @@ bool gn_shot_render(gn_shot *shot)
         gn_history_reset_maps(gn_view_history(frame->view));
     gn_visibility_desc desc = gn_app_visibility_desc(app, frame->method);
     desc.history = NULL; /* the view's, which can be saved */
+    if (shot->antialias) {
+        float jitter[2];
+        gn_antialias_jitter(shot->antialias, jitter);
+        if (gn_view_set_jitter(frame->view, jitter[0], jitter[1]) != GN_OK)
+            return false;
+    }
     if (gn_view_render(frame->view, app->scene, app->camera, &desc, app->lights,
                        app->light_count) != GN_OK ||
         gn_app_interrupted())
         return false;
+    frame->image = gn_view_image(frame->view);
+    const double start = gn_milliseconds();
+    if (shot->antialias) {
+        if (gn_antialias_apply(shot->antialias, gn_view_gbuffer(frame->view), frame->image,
+                               shot->smooth) != GN_OK)
+            return false;
+        frame->image = shot->smooth;
+    }
+    shot->antialias_ms = gn_milliseconds() - start;
     frame->tracing = (gn_app_tracing){0};
     for (uint32_t l = 0; l < app->light_count; l++)
         gn_app_add_stats(&frame->tracing, &shot->stats[l]);
@@ -128,6 +161,8 @@ cJSON *gn_shot_report(const gn_shot *shot, const gn_render_options *o, uint32_t 
     cJSON_AddNumberToObject(ms, "test", timings.test);
     cJSON_AddNumberToObject(ms, "trace", timings.trace);
     cJSON_AddNumberToObject(ms, "shade", timings.shade);
+    if (shot->antialias)
+        cJSON_AddNumberToObject(ms, "antialias", shot->antialias_ms);
     cJSON_AddNumberToObject(ms, "write", write_ms);
     cJSON *means = cJSON_AddArrayToObject(entry, "mean_visibility");
     gn_leak_counts leak = {0};

@@ -23,13 +23,13 @@ static void compose(const film *f)
     const size_t row = (size_t)width * 3;
     for (uint32_t k = 0; k < f->count; k++) {
         const uint32_t left = k * (width + DIVIDER);
-        gn_encode_srgb(gn_view_image(f->shots[k].frame.view), f->part, row * f->height);
+        gn_encode_srgb(f->shots[k].frame.image, f->part, row * f->height);
         for (uint32_t y = 0; y < f->height; y++)
             memcpy(f->picture + ((size_t)y * f->width + left) * 3, f->part + y * row, row);
         if (f->count > 1) {
             const uint32_t scale = f->height >= 720 ? f->height / 360 : 1;
             gn_draw_label(f->picture, left + width, f->height, f->width, left + 4 * scale,
-                          4 * scale, scale, f->shots[k].frame.method->name);
+                          4 * scale, scale, f->shots[k].name);
         }
     }
 }
@@ -51,7 +51,7 @@ static bool render_frame(film *f, const gn_render_options *o, uint32_t number, g
         f->shots[k].update_ms = f->shots[0].update_ms;
         cJSON *entry = gn_shot_report(&f->shots[k], o, number, write_ms);
         if (f->count > 1)
-            cJSON_AddStringToObject(entry, "method", f->shots[k].frame.method->name);
+            cJSON_AddStringToObject(entry, "method", f->shots[k].name);
         cJSON_AddItemToArray(frames, entry);
     }
     return true;

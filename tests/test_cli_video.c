@@ -1,4 +1,4 @@
-/* gnomon render -o OUT.mp4. */
+/* gnomon render -o OUT.mp4, and --antialias. */
 #include "cli_testing.h"
 
 #include <math.h>
@@ -84,6 +84,49 @@ static void test_video(void **state)
     assert_int_equal(count_files(), 4);
 }
 
+/* Sequences that are antialiased go on with the same bytes, from the first frame again. */
+static void test_antialias(void **state)
+{
+    (void)state;
+    static const char *const kinds[] = {"none", "taa", "smaa-t2x"};
+    char arguments[256];
+    for (int k = 0; k < 3; k++) {
+        snprintf(arguments, sizeof arguments,
+                 SHOT "--size 64x48 -m ray -o %s.png --json --antialias %s", kinds[k], kinds[k]);
+        expect(0, arguments);
+        cJSON *json = parse_output();
+        assert_string_equal(get_string(json, "antialias"), kinds[k]);
+        const cJSON *ms = member(cJSON_GetArrayItem(member(json, "frames"), 0), "ms");
+        assert_int_equal(cJSON_HasObjectItem(ms, "antialias"), k > 0);
+        cJSON_Delete(json);
+    }
+    assert_false(same_files("none.png", "taa.png"));
+    assert_false(same_files("taa.png", "smaa-t2x.png"));
+
+    for (int k = 1; k < 3; k++) {
+        snprintf(arguments, sizeof arguments,
+                 SHOT "--size 64x48 -m ray --frames 0:3 -o all.png --antialias %s", kinds[k]);
+        expect(0, arguments);
+        snprintf(arguments, sizeof arguments,
+                 SHOT "--size 64x48 -m ray --frames 0:3 -o part.png --resume --antialias %s",
+                 kinds[k]);
+        assert_int_equal(system("cp all.0000.png part.0000.png; cp all.0002.png part.0002.png"), 0);
+        expect(0, arguments);
+        assert_true(same_files("all.0001.png", "part.0001.png"));
+        assert_true(same_files("all.0003.png", "part.0003.png"));
+        assert_int_equal(system("rm all.* part.*"), 0);
+    }
+
+    expect(0, SHOT "--size 64x48 -m ray-raw --antialias taa --beside ray-mip0,ray-mip0+smaa-t2x "
+                   "--frames 0:1 -o a.mp4 --json");
+    cJSON *json = parse_output();
+    const cJSON *frames = member(json, "frames");
+    static const char *const names[] = {"ray-raw+taa", "ray-mip0", "ray-mip0+smaa-t2x"};
+    for (int k = 0; k < 3; k++)
+        assert_string_equal(get_string(cJSON_GetArrayItem(frames, 3 + k), "method"), names[k]);
+    cJSON_Delete(json);
+}
+
 static void test_wrong_usage(void **state)
 {
     (void)state;
@@ -96,7 +139,11 @@ static void test_wrong_usage(void **state)
                  {"-o a.mp4 --frames 0:1 --beside ray,nothing", "nothing"},
                  {"-o a.mp4 --frames 0:1 --beside ray,", "''"},
                  {"-o a.mp4 --frames 0:1 --beside ray,ray,ray,ray,ray,ray,ray,ray", "at most 7"},
-                 {"-o a.mp4 --frames 0:1 --beside ray --history-out h", "exclude each other"}};
+                 {"-o a.mp4 --frames 0:1 --beside ray --history-out h", "exclude each other"},
+                 {"-o a.mp4 --frames 0:1 --beside ray+dlss", "stands taa or smaa-t2x"},
+                 {"-o a.png --antialias msaa", "msaa"},
+                 {"-o a.png --antialias taa --spp 4", "--antialias and --spp exclude"},
+                 {"-o a.png --antialias taa --history-out h", "--antialias and --history-out"}};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         char arguments[256];
         snprintf(arguments, sizeof arguments, "render leafbox %s", wrong[i].arguments);
@@ -126,6 +173,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_video, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_antialias, setup, teardown),
         cmocka_unit_test_setup_teardown(test_wrong_usage, setup, teardown),
         cmocka_unit_test_setup_teardown(test_interrupt, setup, teardown),
     };

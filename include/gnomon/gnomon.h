@@ -2,6 +2,7 @@
 #ifndef GNOMON_GNOMON_H
 #define GNOMON_GNOMON_H
 
+#include <gnomon/antialias.h>
 #include <gnomon/device.h>
 #include <gnomon/image.h>
 #include <gnomon/measure.h>

@@ -212,6 +212,11 @@ GN_API gn_result gn_view_render(gn_view *view, const gn_scene *scene, uint32_t c
                                 const gn_visibility_desc *desc, const uint32_t *lights,
                                 uint32_t light_count);
 
+/* Where in their pixels the rays of frames with one sample go from now on: right and down, in [0, 1),
+ * 0.5 (as at first) is the centre. For antialiasing over time (gnomon/antialias.h). Motion is that
+ * of surfaces: it knows nothing of jitter. */
+GN_API gn_result gn_view_set_jitter(gn_view *view, float x, float y);
+
 /* Facts that each gn_view_render() from now on fills in, one a light, of several samples the last;
  * NULL (as at first): no more. The caller's, as are their planes. */
 GN_API void gn_view_set_stats(gn_view *view, gn_visibility_stats *stats);

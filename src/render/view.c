@@ -9,6 +9,7 @@
 struct gn_view {
     gn_device *device;
     gn_view_desc desc;
+    float jitter[2]; /* of one sample */
     gn_gbuffer gbuffer;
     float *planes; /* all of the G-buffer's floats */
     uint32_t *words;
@@ -88,6 +89,7 @@ gn_result gn_view_create(gn_device *device, const gn_view_desc *desc, gn_view **
         return gn_fail(context, GN_ERROR_OUT_OF_MEMORY, "out of memory for a view");
     made->device = device;
     made->desc = *desc;
+    made->jitter[0] = made->jitter[1] = 0.5f;
     gn_result result = allocate(made);
     if (result == GN_OK)
         result = gn_history_create(device, &made->history);
@@ -134,6 +136,17 @@ const float *gn_view_image(const gn_view *view)
 gn_timings gn_view_timings(const gn_view *view)
 {
     return view->timings;
+}
+
+gn_result gn_view_set_jitter(gn_view *view, float x, float y)
+{
+    if (!(x >= 0.0f && x < 1.0f && y >= 0.0f && y < 1.0f))
+        return gn_fail(gn_device_context(view->device), GN_ERROR_INVALID_ARGUMENT,
+                       "a jitter of %g, %g pixels: the range is 0 to below 1", (double)x,
+                       (double)y);
+    view->jitter[0] = x;
+    view->jitter[1] = y;
+    return GN_OK;
 }
 
 void gn_view_set_stats(gn_view *view, gn_visibility_stats *stats)
@@ -268,7 +281,6 @@ static void trace_gbuffer(gn_view *view, const gn_scene *scene, const gn_rays *r
 
 gn_result gn_view_trace_gbuffer(gn_view *view, const gn_scene *scene, uint32_t camera)
 {
-    static const float centre[2] = {0.5f, 0.5f};
     gn_result result = check_ready(gn_device_context(view->device), scene, camera);
     if (result != GN_OK)
         return result;
@@ -277,17 +289,17 @@ gn_result gn_view_trace_gbuffer(gn_view *view, const gn_scene *scene, uint32_t c
         return result;
     begin_frame(view, view->history);
     const double start = gn_milliseconds();
-    trace_gbuffer(view, scene, &rays, centre);
+    trace_gbuffer(view, scene, &rays, view->jitter);
     view->timings.gbuffer = gn_milliseconds() - start;
     return remember(view, scene, &rays);
 }
 
-/* Sample i of the R2 sequence (Roberts 2018): even in the pixel for any count; the first of one
- * sample is the centre. */
-static void sample_position(uint32_t i, uint32_t count, float jitter[2])
+/* Sample i of the R2 sequence (Roberts 2018): even in the pixel for any count. One sample lies where
+ * it was told to. */
+static void sample_position(const gn_view *view, uint32_t i, float jitter[2])
 {
-    if (count == 1) {
-        jitter[0] = jitter[1] = 0.5f;
+    if (view->desc.samples == 1) {
+        memcpy(jitter, view->jitter, sizeof view->jitter);
         return;
     }
     const double a[2] = {0.7548776662466927, 0.5698402909980532};
@@ -326,7 +338,7 @@ static gn_result render_sample(gn_view *view, const gn_scene *scene, uint32_t ca
     const size_t pixels = (size_t)view->desc.width * view->desc.height;
     gn_shade_light shade_lights[light_count + 1];
     float jitter[2];
-    sample_position(sample, view->desc.samples, jitter);
+    sample_position(view, sample, jitter);
     gn_history *history = desc->history ? desc->history : view->history;
     begin_frame(view, history);
     double start = gn_milliseconds();
