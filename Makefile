@@ -12,7 +12,7 @@ help:
 	@echo "make test      build and run the tests"
 	@echo "make bench     the tables of docs/benchmarks.md: times, flicker and errors of the methods on"
 	@echo "               built-in scenes, and on those of the folder GNOMON_SCENES, if set"
-	@echo "make figures   the pictures of docs/methods.md"
+	@echo "make figures   every picture and plot of README and docs"
 	@echo "make build     build into $(BUILD); the program is $(GNOMON)"
 	@echo "make install   install into PREFIX, $(PREFIX)"
 	@echo "make format    bring all C files into the project's style (clang-format)"

@@ -2,12 +2,10 @@
 """Tables and figures of leak tracing, from what `gnomon bench --json` wrote.
 
     leak.py report FOLDER [--images FOLDER] [--into docs/benchmarks.md]
-    leak.py lights IN.glb OUT.glb COUNT
 
 report reads FOLDER/PART@NAME.json as benchmarks/run.sh names them, prints the tables as Markdown,
 and writes the figures as SVG. --into puts each table between its marks in a document:
     <!-- table NAME --> ... <!-- end -->
-lights copies a scene and hangs COUNT point lights into it in place of its own.
 
 Only Python's own library is needed.
 """
@@ -16,7 +14,6 @@ import json
 import math
 import pathlib
 import re
-import struct
 import sys
 
 INK, AXIS, RAY, LEAK, LIGHT = "#222", "#999", "#b35c00", "#2f6da8", "#9db8d2"
@@ -366,35 +363,6 @@ def report(arguments):
         arguments.into.write_text(document)
 
 
-def lights(arguments):
-    """Binary glTF: a header of 12 bytes, then chunks of JSON and bytes, each with a header of 8."""
-    data = arguments.source.read_bytes()
-    length, = struct.unpack_from("<I", data, 12)
-    scene, rest = json.loads(data[20:20 + length]), data[20 + length:]
-    count = arguments.count
-    lamps = scene["extensions"]["KHR_lights_punctual"]["lights"]
-    model, = [node for node in scene["nodes"]
-              if "KHR_lights_punctual" in node.get("extensions", {})]
-    place = model["translation"]
-    del model["extensions"]
-    total = lamps[0]["intensity"]
-    lamps[:] = [{"type": "point", "name": f"Lamp{i}", "intensity": total / count}
-                for i in range(count)]
-    for i in range(count):
-        # A sunflower's seeds, around the place of the light that was there.
-        radius, angle = 1.2 * math.sqrt(i / count), i * math.pi * (3 - math.sqrt(5))
-        scene["nodes"].append({
-            "name": f"Lamp{i}", "extensions": {"KHR_lights_punctual": {"light": i}},
-            "translation": [place[0] + radius * math.cos(angle), place[1],
-                            place[2] + radius * math.sin(angle)]})
-        scene["scenes"][0]["nodes"].append(len(scene["nodes"]) - 1)
-    text_ = json.dumps(scene).encode()
-    text_ += b" " * (-len(text_) % 4)
-    arguments.target.write_bytes(
-        struct.pack("<4sIIII", b"glTF", 2, 20 + len(text_) + len(rest), len(text_), 0x4E4F534A) +
-        text_ + rest)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     commands = parser.add_subparsers(required=True)
@@ -403,11 +371,6 @@ def main():
     command.add_argument("--images", type=pathlib.Path)
     command.add_argument("--into", type=pathlib.Path)
     command.set_defaults(run=report)
-    command = commands.add_parser("lights")
-    command.add_argument("source", type=pathlib.Path)
-    command.add_argument("target", type=pathlib.Path)
-    command.add_argument("count", type=int)
-    command.set_defaults(run=lights)
     arguments = parser.parse_args()
     arguments.run(arguments)
 

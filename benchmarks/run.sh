@@ -152,16 +152,10 @@ leak_sizes() (
 
 # 1 to 42 point lights in the leaf box, maps of 1024x1024 as the paper's code has for them.
 leak_lights() (
-    mkdir -p "$RESULTS"
-    "$gnomon" scene leafbox --quiet -o "$RESULTS/leafbox.glb"
     SIZE=960x540
     for count in 1 4 16 42; do
-        lit=$RESULTS/leafbox-$count.glb
-        evaluate_leaks lights "$RESULTS/leafbox.glb" "$lit" "$count"
-        record lights "$count" "$lit" 4 ray-saturate,lt-evsm --light all --map-size 1024
-        rm "$lit"
+        record lights "$count" leafbox 4 ray-saturate,lt-evsm --lamps "$count" --map-size 1024
     done
-    rm "$RESULTS/leafbox.glb"
     report
 )
 

@@ -1,23 +1,41 @@
 #!/bin/sh
-# The pictures of docs/methods.md: each filterable map beside percentage-closer filtering of the same
-# depths, with the difference (orange: lighter, blue: darker); pcf9 and sm beside traced rays; where
-# leak tracing's test fails, and what its mask makes of that. Needs ImageMagick, gnuplot and jq
-# (scripts/setup.sh figures).
+# Every picture and plot of README and docs, and the tables of leak tracing in docs/benchmarks.md.
+# Needs ImageMagick, gnuplot, jq and Python 3 (scripts/setup.sh figures).
 #
-#   scripts/figures.sh GNOMON [FOLDER]
+#   scripts/figures.sh GNOMON [FOLDER [pictures|plots ...]]
 #
-# GNOMON is the program, FOLDER docs/images unless told otherwise.
+# GNOMON is the program, FOLDER docs/images unless told otherwise. pictures: of README.md,
+# docs/methods.md and docs/metrics.md, some minutes; they do not depend on the machine. plots: those of
+# docs/benchmarks.md, by benchmarks/run.sh, a quarter of an hour on an idle machine; the document's
+# tables are written anew with them (in a copy in FOLDER where one is given). Both unless told
+# otherwise.
 set -eu
 
 gnomon=${1:?usage: scripts/figures.sh GNOMON [FOLDER]}
 folder=${2:-docs/images}
+document=docs/benchmarks.md
+if [ $# -ge 2 ]; then
+    document=$folder/benchmarks.md
+    shift
+fi
+shift
 mkdir -p "$folder"
+if [ "$document" != docs/benchmarks.md ]; then
+    cp docs/benchmarks.md "$document"
+fi
 
+pictures() (
+
+# The README's.
+"$gnomon" render grove --camera CamRoad --size 960x540 --quiet -o "$folder/grove.png"
+
+# Each filterable map beside percentage-closer filtering of the same depths, with the difference
+# (orange: lighter, blue: darker); pcf9 and sm beside traced rays.
 pair() { # A B [OPTION...]
     a=$1
     b=$2
     shift 2
-    "$gnomon" compare railing --a "$a" --b "$b" --size 420x236 --quiet -o "$folder/$b.png" "$@"
+    "$gnomon" compare railing --a "$a" --b "$b" --size 420x236 --quiet -o "$folder/$b.png" "$@" >/dev/null
 }
 
 pair ray-mip0 sm
@@ -36,12 +54,12 @@ pair nlmsm64 nlmsm32 --cascades 1 --reading nearest --depth-bias 0.0005 --gain 2
     -o "$folder/banding.png"
 
 # xi4 under filters of several widths: its Figure 4.
-"$gnomon" histogram railing --quiet -o "$folder/xi4.svg"
+"$gnomon" histogram railing --quiet -o "$folder/xi4.svg" >/dev/null
 
 # One row of pixels over time, with a reference: docs/metrics.md.
-"$gnomon" bench grove --camera CamWalk --size 640x360 --frames 90 --repeats 1 --quiet \
+"$gnomon" bench grove --camera CamWalk --size 480x270 --frames 90 --repeats 1 --quiet \
     --methods ray-mip0,ray-coverage,ray-raw,sm --reference 16 --reference-frames 90 \
-    --profile "$folder/profile.png" --profile-row 200 >/dev/null
+    --profile "$folder/profile.png" --profile-row 150 >/dev/null
 
 # Leak tracing, on the built-in scene of what a map's texels miss.
 work=$(mktemp -d)
@@ -128,3 +146,14 @@ plot "$work/walk.tsv" using 0:1 with lines lw 2 dt 2 lc "#d04020" title "ltt-vsm
      "" using 0:3 with lines lw 2 dt 2 lc "#2060c0" title "ltt-vsm, 2048", \
      "" using 0:4 with lines lw 2 lc "#2060c0" title "lt-vsm, 2048"
 PLOT
+)
+
+# Speed, errors, sizes and lights of leak tracing.
+plots() {
+    IMAGES=$folder DOCUMENT=$document benchmarks/run.sh "$gnomon" leak leak-sizes leak-lights
+}
+
+[ $# -gt 0 ] || set -- pictures plots
+for part; do
+    "$part"
+done

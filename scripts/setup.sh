@@ -4,7 +4,7 @@
 #   scripts/setup.sh build     to build, run and test it (the default)
 #   scripts/setup.sh checks    for .ci/run as well: second compiler, sanitizers, linters, GLSL
 #                              tools, a Vulkan device
-#   scripts/setup.sh figures   for the pictures of docs/methods.md
+#   scripts/setup.sh figures   for the pictures and plots of README and docs
 #   scripts/setup.sh browser   to test the page of gnomon report as well
 #
 # Installs what is missing with apt-get when it may: as root, or with a sudo that does not ask for a
@@ -16,7 +16,7 @@ build="cmake ninja-build pkg-config gcc g++ libembree-dev libassimp-dev libcglm-
     libavformat-dev libswscale-dev libavutil-dev"
 checks="clang clang-format clang-tidy llvm libclang-rt-dev libomp-dev glslang-tools spirv-tools
     libvulkan-dev mesa-vulkan-drivers"
-figures="gnuplot-nox imagemagick jq"
+figures="gnuplot-nox imagemagick jq python3"
 
 case "${1:-build}" in
 build) packages=$build ;;
