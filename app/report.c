@@ -225,8 +225,8 @@ int gn_app_make_report(int argc, char **argv)
         {"gnomon report -o report", "gnomon report a.glb b.glb -o report --methods ray,lt-evsm"}};
     gn_app_report r = {.app.command = "report", .methods = METHODS, .figures = "*", .frames = 40};
     gn_app_options common = gn_app_options_default();
-    common.size[0] = 960;
-    common.size[1] = 540;
+    common.size[0] = 640;
+    common.size[1] = 360;
     const gn_option options[] = {
         GN_TEXT("output", 'o', "DIR", &r.folder, "where the page goes"),
         GN_TEXT("methods", 'm', "A,B,...", &r.methods,
@@ -237,7 +237,7 @@ int gn_app_make_report(int argc, char **argv)
         GN_TEXT("camera", 'c', "NAME", &common.camera, "this camera alone"),
         GN_TEXT("light", 'l', "NAME|all", &common.lights, "as elsewhere"),
         GN_SUN("sun", 0, &common.sun, "a sun in place of the scene's lights, in degrees"),
-        GN_SIZE("size", 's', common.size, "pixels, default 960x540"),
+        GN_SIZE("size", 's', common.size, "pixels, default 640x360"),
         GN_APP_SCENE_OPTIONS(common),
         GN_APP_DEVICE_OPTIONS(common),
         GN_OPTIONS_END,
@@ -249,8 +249,11 @@ int gn_app_make_report(int argc, char **argv)
     if (!r.folder)
         return gn_usage_error("report", "-o DIR is missing");
     gn_app_method methods[GN_APP_MAX_METHODS] = {0};
-    if (gn_app_parse_methods("report", r.methods, NULL, methods) == 0)
+    const uint32_t method_count = gn_app_parse_methods("report", r.methods, NULL, methods);
+    if (method_count == 0)
         return GN_EXIT_USAGE;
+    for (uint32_t i = 0; i < method_count; i++)
+        r.has_maps |= gn_app_has_map(&methods[i]);
     int count = 0;
     while (count < MOST && scenes[count])
         count++;

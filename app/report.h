@@ -13,6 +13,7 @@ typedef struct gn_app_report {
     const char *folder;  /* where the page goes */
     const char *methods; /* of comparisons and sequences: "a,b,c" */
     const char *figures; /* names of figures, with * and ?: "a,b,c" */
+    bool has_maps;       /* one of them does */
     uint32_t frames;     /* of a sequence */
     char work[4096];     /* a folder of our own in it, where pictures are until all is done; "" */
     bool made_folder;    /* it was not there */

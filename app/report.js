@@ -52,7 +52,7 @@ function showComparison(comparison) {
   const number = (m, key) => (m.compared.result || {})[key];
   const bench = m => times.find(t => t.name === m.name) || {};
   return make("div", {},
-    ...makeErrors(runs),
+    ...makeErrors(runs), makeWarning(runs),
     pictures.length > 1 ? makeViewer({ label: `${comparison.scene}, ${comparison.camera}`,
       width: DATA.width, height: DATA.height, pictures, spot: [.4, .7],
       left: "ray-mip0", right: pictures[pictures.length - 1].name }) : null,
@@ -98,8 +98,9 @@ function makePicture(figure, picture, i, all) {
   const image = make("img", { src: imageUrl(picture.file), alt: picture.caption, loading: "lazy" });
   const frames = i === 0 ? crops.map(([x, y, w, h]) => make("i", { style:
     `left: ${100 * x}%; top: ${100 * y}%; width: ${100 * w}%; height: ${100 * h}%` })) : [];
-  return make("figure", { class: picture.wide ? "wide" : null },
-    make("a", { class: "whole", href: imageUrl(picture.file) }, image, ...frames),
+  return make("figure", { class: picture.wide || picture.profile ? "wide" : null },
+    make("a", { class: picture.profile ? "whole profile" : "whole", href: imageUrl(picture.file) }, image,
+      ...frames),
     ...crops.map(crop => makeCrop(picture, crop, figure.exposure)),
     make("figcaption", {}, captionOf(figure, picture, i, all.length)));
 }
@@ -107,7 +108,8 @@ function makePictures(figure) {
   const rows = figure.rows || [], pictures = figure.pictures || [];
   const columns = count => `--columns: ${count > 5 ? Math.ceil(count / 2) : count}`;
   return [
-    pictures.length ? make("div", { class: "pictures", style: columns(pictures.length) },
+    pictures.length ? make("div", { class: pictures.some(p => p.wide || p.profile)
+      ? "pictures row" : "pictures", style: columns(pictures.length) },
       ...pictures.map((p, i) => makePicture(figure, p, i, pictures))) : null,
     ...rows.map(row => make("div", { class: "pictures", style: columns(row.pictures.length) },
       ...row.pictures.map(p => make("figure", {}, makeCrop(p, row.crop),
@@ -116,7 +118,8 @@ function makePictures(figure) {
 /* A button that opens the figure's pictures in the viewer; those of the first one's size. */
 function makeOpener(figure) {
   const all = [...(figure.pictures || []), ...(figure.rows || []).flatMap(r => r.pictures)];
-  const unique = all.filter((p, i) => all.findIndex(q => q.file === p.file) === i && !p.wide);
+  const unique = all.filter((p, i) => all.findIndex(q => q.file === p.file) === i &&
+    !p.wide && !p.profile);
   if (unique.length < 2) return null;
   const place = make("div");
   const button = makeButton("Compare these pictures", "Opens the viewer below", async () => {
@@ -142,7 +145,7 @@ function makeFigure(figure) {
   return make("article", { id: figure.id + "-" + figure.scene.replace(/\W/g, "-") },
     make("h3", {}, `${figure.number}: ${figure.title}`, make("span", { class: "soft" },
       figure.id === "moment3" ? "" : ` · ${figure.scene}`)),
-    make("p", {}, figure.text), ...makeErrors(runs), ...makePictures(figure), makeOpener(figure),
+    make("p", {}, figure.text), ...makeErrors(runs), makeWarning(runs), ...makePictures(figure), makeOpener(figure),
     plots.length ? makeLegend(plots) : null,
     plots.length ? make("div", { class: "plots" }, ...plots.map(plot => plot.node)) : null,
     ...tables, makeCommands(runs));
@@ -170,6 +173,7 @@ function makeAbout() {
   const machine = DATA.machine;
   const seconds = DATA.runs.reduce((sum, run) => sum + (run.seconds || 0), 0);
   return [make("pre", {}, DATA.command_line),
+    makeWarning(DATA.runs),
     makeTable("Where and when", [["", r => r[0]], ["", r => make("td", { class: "text" }, String(r[1]))]], [
       ["gnomon", `${DATA.gnomon}, commit ${DATA.commit}`], ["processor", machine.processor],
       ["cores", machine.cores], ["memory, GB", fixed(machine.memory_gb, 1)],

@@ -126,7 +126,7 @@ static void add_number(cJSON *argv, const char *option, double value)
 }
 
 /* {scene}, {file}: a scene with its options, and without those of its light; {view}, {path}: a
- * camera, that of the path; {settle}: frames before the picture. */
+ * camera, that of the path; {settle}, {refresh}: whole maps and settled masks after few frames. */
 static bool add_list(const filling *f, cJSON *argv, const char *word)
 {
     const gn_app_options *o = &f->report->app.options;
@@ -148,7 +148,14 @@ static bool add_list(const filling *f, cJSON *argv, const char *word)
     }
     if (!strcmp(word, "{settle}")) {
         if (f->settles)
-            add_pair(argv, "--warm-up", "12");
+            add_pair(argv, "--warm-up", "8");
+        if (f->settles)
+            add_pair(argv, "--refresh", "1");
+        return true;
+    }
+    if (!strcmp(word, "{refresh}")) {
+        if (f->report->has_maps)
+            add_pair(argv, "--refresh", "1");
         return true;
     }
     const bool view = !strcmp(word, "{view}");
@@ -235,7 +242,7 @@ static void add_each(filling *f, const cJSON *each, cJSON *runs, cJSON *pictures
         cJSON_AddItemToArray(runs, cJSON_CreateNumber(add_run(f, text_of(each, "command"))));
         char *file = fill(f, text_of(each, "file"));
         cJSON *picture = cJSON_CreateObject();
-        cJSON_InsertItemInArray(pictures, (int)i, picture);
+        cJSON_AddItemToArray(pictures, picture);
         cJSON_AddStringToObject(picture, "file", file ? file : "");
         cJSON_AddStringToObject(picture, "caption", f->method);
         cJSON_AddStringToObject(picture, "method", f->method);
@@ -254,10 +261,15 @@ static void add_figure(filling *f, const cJSON *model)
         cJSON_AddItemToArray(runs, cJSON_CreateNumber(add_run(f, command->valuestring)));
     cJSON_Delete(commands);
     cJSON *each = cJSON_DetachItemFromObject(figure, "each");
-    cJSON *pictures = cJSON_GetObjectItem(figure, "pictures");
-    if (each)
-        add_each(f, each, runs, pictures ? pictures : cJSON_AddArrayToObject(figure, "pictures"));
-    cJSON_Delete(each);
+    if (each) {
+        cJSON *others = cJSON_DetachItemFromObject(figure, "pictures");
+        cJSON *pictures = cJSON_AddArrayToObject(figure, "pictures");
+        add_each(f, each, runs, pictures);
+        while (others && others->child)
+            cJSON_AddItemToArray(pictures, cJSON_DetachItemFromArray(others, 0));
+        cJSON_Delete(others);
+        cJSON_Delete(each);
+    }
     fill_all(f, figure);
     cJSON_DeleteItemFromObject(figure, "scene");
     cJSON_AddStringToObject(figure, "scene", f->scene->given);

@@ -43,7 +43,7 @@ function drawPlot(title, lines, { type = "line", x, y, logarithmic, linearX = tr
     options: { animation: false, responsive: true, maintainAspectRatio: false,
       interaction: { mode: "nearest", axis: "x", intersect: false },
       plugins: { legend: { display: false } },
-      scales: { x: axis(x, linearX ? { type: "linear" } : {}),
+      scales: { x: axis(x, linearX ? { type: "linear", bounds: "data" } : {}),
         y: axis(y, logarithmic ? { type: "logarithmic" } : { beginAtZero: true, max }) } } });
   charts.add(chart);
   dress(chart);
@@ -53,7 +53,7 @@ function drawPlot(title, lines, { type = "line", x, y, logarithmic, linearX = tr
 /* Buttons that take lines out of several plots. */
 function makeLegend(plots) {
   const names = [...new Set(plots.flatMap(p => p.chart.data.datasets.map(d => d.label)))];
-  if (names.length < 2) return null;
+  if (plots.every(p => p.chart.data.datasets.length < 2)) return null;
   return make("div", { class: "legend", role: "group", "aria-label": "Lines that are shown" },
     ...names.map(name => {
       const style = lineOf(name);
@@ -79,8 +79,11 @@ function resultsOf(figure, numbers) {
     .map(i => (DATA.runs[figure.runs[i]] || {}).result).filter(Boolean);
 }
 const numbersOf = what => what.runs || (what.run == null ? undefined : [what.run]);
-const benches = (figure, what) => resultsOf(figure, numbersOf(what))
-  .filter(r => r.command === "bench" && r.methods);
+/* Results of bench; those of a sweep one by one. */
+const benchRuns = result => result.command !== "bench" ? []
+  : result.runs ? result.runs.map(run => ({ ...result, ...run })) : [result];
+const benches = (figure, what) => resultsOf(figure, numbersOf(what)).flatMap(benchRuns)
+  .filter(r => r.methods);
 const range = count => Array.from({ length: count }, (_, i) => i);
 const mean = list => list.reduce((a, b) => a + b, 0) / list.length;
 
@@ -100,19 +103,19 @@ const PLOTS = {
     return lines.length ? drawPlot(plot.title, lines, { x: "frame", logarithmic: plot.logarithmic })
       : null;
   },
-  /* Milliseconds of several runs, at given places or at the sizes of their pictures. */
+  /* Milliseconds over the values of a sweep. */
   sweep(figure, plot) {
     const results = benches(figure, plot), lines = new Map();
-    results.forEach((result, i) => {
-      const at = plot.at ? plot.at[i] : result.width * result.height / 1e6;
+    const sizes = results.length > 0 && results[0].sweep === "size";
+    for (const result of results)
       for (const m of result.methods) {
-        if (m.series == null || (m.map == null && m.name !== "pcf9" && m.name !== "sm")) continue;
+        if (!m.map) continue; /* the yardstick */
         if (!lines.has(m.name)) lines.set(m.name, []);
-        lines.get(m.name).push([at, m.ms_median]);
+        lines.get(m.name).push([sizes ? result.width * result.height / 1e6 : Number(result.value),
+          m.ms_median]);
       }
-    });
     return lines.size ? drawPlot(plot.title, [...lines].map(([name, points]) => ({ name, points })),
-      { x: plot.at ? "texels a side" : "million pixels", y: "ms" }) : null;
+      { x: sizes ? "million pixels" : "texels a side", y: "ms" }) : null;
   },
   bounds(figure, plot) {
     const [result] = resultsOf(figure);
@@ -136,6 +139,14 @@ const PLOTS = {
     });
   },
 };
+
+/* A line where other programs took more than a little of the processors' time. */
+function makeWarning(runs) {
+  const loads = runs.flatMap(run => benchRuns(run.result || {})).filter(r => r.busy)
+    .map(r => r.other_load);
+  return loads.length ? make("p", { class: "error" }, "The machine was busy with other things (" +
+    `${Math.round(100 * Math.max(...loads))} % of its processors): times are too long, and noisy.`) : null;
+}
 
 /* columns: [heading, function of a row, explanation]. */
 function makeTable(title, columns, rows) {
