@@ -52,14 +52,32 @@ gn_app_options gn_app_options_default(void)
 
 /* Interrupts -------------------------------------------------------------------------------- */
 
-static volatile sig_atomic_t interrupted;
+enum { PARTIAL_NONE, PARTIAL_UNNAMED, PARTIAL_NAMED };
+
+static volatile sig_atomic_t interrupted, partial_state;
+static char partial[8192];
 
 static void note_interrupt(int number)
 {
     (void)number;
-    if (interrupted)
-        _exit(GN_EXIT_INTERRUPTED); /* asked twice: at once */
+    if (interrupted) { /* asked twice: at once */
+        if (partial_state == PARTIAL_UNNAMED)
+            return;
+        if (partial_state == PARTIAL_NAMED)
+            unlink(partial);
+        _exit(GN_EXIT_INTERRUPTED);
+    }
     interrupted = 1;
+}
+
+void gn_app_set_partial(const char *path)
+{
+    partial_state = PARTIAL_UNNAMED;
+    const bool named = path && *path && strlen(path) < sizeof partial;
+    if (named)
+        strcpy(partial, path);
+    if (named || !path)
+        partial_state = named ? PARTIAL_NAMED : PARTIAL_NONE;
 }
 
 void gn_app_catch_interrupts(void)

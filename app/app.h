@@ -234,6 +234,10 @@ bool gn_app_make_folder(gn_app *app, const char *path);
 /* SIGINT and SIGTERM are noted, not obeyed at once: nothing half written stays behind. */
 void gn_app_catch_interrupts(void);
 bool gn_app_interrupted(void);
+/* A file that is long in the making, which a second interrupt removes before it ends the process at
+ * once; NULL: no more. "": it comes now, and until its name is told only the first interrupt
+ * counts. One at a time. */
+void gn_app_set_partial(const char *path);
 
 /* JSON: facts that every command reports, and printing (which frees). */
 cJSON *gn_app_json(const gn_app *app);

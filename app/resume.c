@@ -40,6 +40,7 @@ static char *make_note(const gn_resume *r, uint32_t frame)
         if (strcmp(settings.attributes[i].key, "time") != 0)
             fprintf(text, "%s: %s\n", settings.attributes[i].key, settings.attributes[i].value);
     fprintf(text, "built-in scene: seed=%u scale=%.17g\n", o->common.seed, o->common.scale);
+    fprintf(text, "camera path: %s\n", o->common.camera_path ? o->common.camera_path : "none");
     fprintf(text, "frames: %.17g a second, from %u, after %u more\n", o->fps, o->frames.first,
             o->warm_up);
     fprintf(text, "history before the first: %s\n", o->history_in ? o->history_in : "none");

@@ -87,8 +87,11 @@ bool gn_render_video(gn_shot *shots, uint32_t count, const gn_render_options *o,
               .height = size[1]};
     const size_t pixels = (size_t)f.width * f.height;
     gn_video *video;
-    if (gn_video_begin(gn_device_context(app->device), o->output, f.width, f.height, o->fps,
-                       &video) != GN_OK)
+    gn_app_set_partial("");
+    const gn_result begun = gn_video_begin(gn_device_context(app->device), o->output, f.width,
+                                           f.height, o->fps, &video);
+    gn_app_set_partial(begun == GN_OK ? gn_video_partial(video) : NULL);
+    if (begun != GN_OK)
         return false;
     f.picture = malloc(pixels * 3);
     f.part = malloc(pixels * 3);
@@ -99,6 +102,7 @@ bool gn_render_video(gn_shot *shots, uint32_t count, const gn_render_options *o,
     if (good)
         good = gn_video_commit(&video) == GN_OK;
     gn_video_abort(&video);
+    gn_app_set_partial(NULL);
     free(f.picture);
     free(f.part);
     return good &&

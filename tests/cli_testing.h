@@ -165,12 +165,17 @@ static inline void wait_for_handler(pid_t child, int number)
     fail();
 }
 
+static inline void wait_for_file(const char *name)
+{
+    for (int i = 0; i < 6000 && !exists(name); i++)
+        usleep(5000);
+    assert_true(exists(name));
+}
+
 /* Waits until a file is there, sends a signal, and waits for the end; the exit code. */
 static inline int interrupt(pid_t child, const char *file, int number)
 {
-    for (int i = 0; i < 6000 && !exists(file); i++)
-        usleep(5000);
-    assert_true(exists(file));
+    wait_for_file(file);
     wait_for_handler(child, number);
     kill(child, number);
     int status;

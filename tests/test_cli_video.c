@@ -157,12 +157,26 @@ static void test_wrong_usage(void **state)
     assert_int_equal(count_files(), 0);
 }
 
+/* Once, and twice in a row: the second ends it at once. */
 static void test_interrupt(void **state)
 {
     (void)state;
+    char name[64];
+    const pid_t hasty = start("render leafbox --size 640x480 --frames 0:9 --spp 4096 -o a.mp4");
+    snprintf(name, sizeof name, "a.mp4.%ld-0.part", (long)hasty);
+    wait_for_file(name);
+    int status;
+    kill(hasty, SIGINT);
+    for (int i = 0; i < 5; i++) {
+        usleep(20000);
+        kill(hasty, SIGINT);
+    }
+    assert_int_equal(waitpid(hasty, &status, 0), hasty);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 130);
+    assert_int_equal(count_files(), 0);
+
     const pid_t child = start("render leafbox --size 64x48 --frames 0:99999 -m ray -o a.mp4");
     usleep(500000);
-    char name[64];
     snprintf(name, sizeof name, "a.mp4.%ld-0.part", (long)child);
     assert_int_equal(interrupt(child, name, SIGINT), 130);
     assert_true(strstr(err, "no video is kept") || strstr(err, "nothing is finished"));

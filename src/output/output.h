@@ -44,6 +44,8 @@ gn_result gn_video_begin(gn_context *context, const char *path, uint32_t width, 
 /* The next frame: 8-bit sRGB, 3 bytes a pixel, rows from top to bottom. After an error the video is
  * to be aborted. */
 gn_result gn_video_add(gn_video *video, const uint8_t *rgb);
+/* Where it is until then. */
+const char *gn_video_partial(const gn_video *video);
 /* Makes the file appear under its name. *video is NULL afterwards, also after an error, and then no
  * file is left. At least one frame was added. */
 gn_result gn_video_commit(gn_video **video);

@@ -96,6 +96,11 @@ void gn_video_abort(gn_video **video)
     *video = NULL;
 }
 
+const char *gn_video_partial(const gn_video *video)
+{
+    return video->file.temporary;
+}
+
 static gn_result open_encoder(gn_video *v, double fps)
 {
     const AVCodec *codec = avcodec_find_encoder_by_name("libx264");
