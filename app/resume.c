@@ -98,10 +98,13 @@ static bool load(gn_resume *r)
     unsigned frame = 0;
     char *ours = make_note(r, 0);
     const char *theirs = gn_history_note(history);
-    bool good = (ours || gn_app_error(app, "out of memory")) &&
-                (sscanf(theirs, "frame: %u\n", &frame) == 1 ||
-                 gn_app_error(app, "%s: it was not written by --resume", r->state)) &&
-                same_settings(r, theirs, ours);
+    bool good = ours != NULL;
+    if (!ours)
+        gn_app_error(app, "out of memory");
+    good = good &&
+           (sscanf(theirs, "frame: %u\n", &frame) == 1 ||
+            gn_app_error(app, "%s: it was not written by --resume", r->state)) &&
+           same_settings(r, theirs, ours);
     free(ours);
     gn_history_destroy(&history);
     if (!good || frame < o->frames.first || frame >= r->first)

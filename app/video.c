@@ -95,8 +95,10 @@ bool gn_render_video(gn_shot *shots, uint32_t count, const gn_render_options *o,
         return false;
     f.picture = malloc(pixels * 3);
     f.part = malloc(pixels * 3);
-    bool good = (f.picture && f.part) || gn_app_error(app, "%s: out of memory", o->output);
-    if (good)
+    bool good = f.picture && f.part;
+    if (!good)
+        gn_app_error(app, "%s: out of memory", o->output);
+    else
         memset(f.picture, 0xc0, pixels * 3); /* the dividers */
     good = good && render_frames(&f, o, video, frames);
     if (good)
