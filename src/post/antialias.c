@@ -49,7 +49,7 @@ static bool allocate(gn_antialias *a)
     for (int i = 0; i < 2; i++) {
         good &= (a->pictures[i] = gn_alloc(a->context, pixels * 3, sizeof(float))) != NULL;
         if (smaa)
-            good &= (a->speeds[i] = gn_alloc(a->context, pixels, sizeof(float))) != NULL;
+            good &= (a->motions[i] = gn_alloc(a->context, pixels * 2, sizeof(float))) != NULL;
         else
             good &= (a->counts[i] = gn_alloc(a->context, pixels, 1)) != NULL;
     }
@@ -92,7 +92,7 @@ void gn_antialias_destroy(gn_antialias **antialias)
     for (int i = 0; i < 2; i++) {
         gn_free(a->context, a->pictures[i]);
         gn_free(a->context, a->counts[i]);
-        gn_free(a->context, a->speeds[i]);
+        gn_free(a->context, a->motions[i]);
     }
     gn_free(a->context, a->edges);
     gn_free(a->context, a->weights);

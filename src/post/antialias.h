@@ -16,9 +16,9 @@ struct gn_antialias {
     /* TAA. */
     uint8_t *counts[2]; /* frames that are in a pixel */
     /* SMAA. */
-    uint8_t *edges;   /* EDGE_LEFT, EDGE_TOP */
-    float *weights;   /* 4 a pixel */
-    float *speeds[2]; /* pixels a frame */
+    uint8_t *edges;    /* EDGE_LEFT, EDGE_TOP */
+    float *weights;    /* 4 a pixel */
+    float *motions[2]; /* gn_front_motion() of each pixel */
 };
 
 /* One frame, with which everything but gn_antialias.now and has_before is brought up to date. */

@@ -233,10 +233,13 @@ static void blend_row(uint32_t y, uint32_t thread, void *user)
                 value += shares[1] * shares[1] / sum * ((color + step)[c] - color[c]);
             a->pictures[a->now][3 * pixel + c] = value;
         }
-        float motion[2];
-        gn_front_motion(job->gbuffer, (uint32_t)x, y, motion);
-        a->speeds[a->now][pixel] = sqrtf(motion[0] * motion[0] + motion[1] * motion[1]);
+        gn_front_motion(job->gbuffer, (uint32_t)x, y, a->motions[a->now] + 2 * pixel);
     }
+}
+
+static float length(const float v[2])
+{
+    return sqrtf(v[0] * v[0] + v[1] * v[1]);
 }
 
 /* Half of the frame before, less of it where something else was there: what moved otherwise. */
@@ -248,12 +251,13 @@ static void resolve_row(uint32_t y, uint32_t thread, void *user)
     const uint32_t width = a->desc.width, height = a->desc.height, now = a->now;
     for (uint32_t x = 0; x < width; x++) {
         const size_t pixel = (size_t)y * width + x;
-        float motion[2], before[3] = {0}, share = 0.0f;
-        gn_front_motion(job->gbuffer, x, y, motion);
+        const float *motion = a->motions[now] + 2 * pixel;
+        float before[3] = {0}, share = 0.0f;
         const float bx = (float)x + 0.5f + motion[0], by = (float)y + 0.5f + motion[1];
         if (a->has_before && bx >= 0.0f && bx < (float)width && by >= 0.0f && by < (float)height) {
-            const float then = a->speeds[now ^ 1][(size_t)by * width + (size_t)bx];
-            const float change = fabsf(a->speeds[now][pixel] - then) / (float)width;
+            const size_t then = (size_t)by * width + (size_t)bx;
+            const float change =
+                fabsf(length(motion) - length(a->motions[now ^ 1] + 2 * then)) / (float)width;
             share = 0.5f * fmaxf(1.0f - 30.0f * sqrtf(change), 0.0f);
             gn_sample_bilinear(a->pictures[now ^ 1], width, height, bx, by, before);
         }

@@ -20,23 +20,39 @@ static void from_ycocg(const float in[3], float rgb[3])
     rgb[2] = in[0] - in[1] - in[2];
 }
 
-/* Mean and standard deviation of the 3x3 pixels around one, in YCoCg. */
-static void spread_around(const float *image, uint32_t width, uint32_t height, uint32_t x,
-                          uint32_t y, float mean[3], float deviation[3])
+/* Three pixels one above the other, or nine: how many there are, their colours in YCoCg added up,
+ * and the squares of these. */
+typedef struct sums {
+    float count, colors[3], squares[3];
+} sums;
+
+/* Those of column x around row y; none outside. */
+static sums sum_column(const gn_antialias_job *job, int64_t x, uint32_t y)
 {
-    float sum[3] = {0}, squares[3] = {0}, count = 0;
-    for (uint32_t py = y > 0 ? y - 1 : 0; py <= y + 1 && py < height; py++)
-        for (uint32_t px = x > 0 ? x - 1 : 0; px <= x + 1 && px < width; px++, count += 1.0f) {
-            float c[3];
-            to_ycocg(image + 3 * ((size_t)py * width + px), c);
-            for (int i = 0; i < 3; i++) {
-                sum[i] += c[i];
-                squares[i] += c[i] * c[i];
-            }
+    const uint32_t width = job->antialias->desc.width, height = job->antialias->desc.height;
+    sums out = {0};
+    if (x < 0 || x >= width)
+        return out;
+    for (uint32_t py = y > 0 ? y - 1 : 0; py <= y + 1 && py < height; py++, out.count += 1.0f) {
+        float c[3];
+        to_ycocg(job->image + 3 * ((size_t)py * width + (size_t)x), c);
+        for (int i = 0; i < 3; i++) {
+            out.colors[i] += c[i];
+            out.squares[i] += c[i] * c[i];
         }
+    }
+    return out;
+}
+
+/* Mean and standard deviation of three columns. */
+static void spread_of(const sums columns[3], float mean[3], float deviation[3])
+{
+    const float count = columns[0].count + columns[1].count + columns[2].count;
     for (int i = 0; i < 3; i++) {
-        mean[i] = sum[i] / count;
-        deviation[i] = sqrtf(fmaxf(squares[i] / count - mean[i] * mean[i], 0.0f));
+        const float sum = columns[0].colors[i] + columns[1].colors[i] + columns[2].colors[i];
+        const float squares = columns[0].squares[i] + columns[1].squares[i] + columns[2].squares[i];
+        mean[i] = sum / count;
+        deviation[i] = sqrtf(fmaxf(squares / count - mean[i] * mean[i], 0.0f));
     }
 }
 
@@ -63,14 +79,16 @@ static void sample_spline(const float *picture, uint32_t width, uint32_t height,
     float wx[4], wy[4];
     spline(x - 0.5f - left, wx);
     spline(y - 0.5f - top, wy);
+    size_t columns[4];
+    for (int32_t i = 0; i < 4; i++)
+        columns[i] = 3 * (size_t)clamped(x0 + i, width);
     rgb[0] = rgb[1] = rgb[2] = 0.0f;
     for (int32_t j = 0; j < 4; j++) {
-        const size_t row = (size_t)clamped(y0 + j, height) * width;
-        for (int32_t i = 0; i < 4; i++) {
-            const float *texel = picture + 3 * (row + clamped(x0 + i, width));
-            for (int c = 0; c < 3; c++)
-                rgb[c] += wx[i] * wy[j] * texel[c];
-        }
+        const float *row = picture + 3 * (size_t)clamped(y0 + j, height) * width;
+        const float *a = row + columns[0], *b = row + columns[1], *c = row + columns[2],
+                    *d = row + columns[3];
+        for (int k = 0; k < 3; k++)
+            rgb[k] += wy[j] * (wx[0] * a[k] + wx[1] * b[k] + wx[2] * c[k] + wx[3] * d[k]);
     }
 }
 
@@ -89,7 +107,8 @@ static void clip(const float mean[3], const float deviation[3], float deviations
     from_ycocg(color, rgb);
 }
 
-static void resolve(const gn_antialias_job *job, uint32_t x, uint32_t y)
+/* columns: the three around x. */
+static void resolve(const gn_antialias_job *job, const sums columns[3], uint32_t x, uint32_t y)
 {
     gn_antialias *a = job->antialias;
     const uint32_t width = a->desc.width, height = a->desc.height, now = a->now;
@@ -105,7 +124,7 @@ static void resolve(const gn_antialias_job *job, uint32_t x, uint32_t y)
         count = a->counts[now ^ 1][(size_t)by * width + (size_t)bx];
         share = fmaxf(1.0f / (float)(count + 1), a->desc.blend);
         sample_spline(a->pictures[now ^ 1], width, height, bx, by, history);
-        spread_around(job->image, width, height, x, y, mean, deviation);
+        spread_of(columns, mean, deviation);
         clip(mean, deviation, a->desc.deviations, history);
     }
     for (int c = 0; c < 3; c++) {
@@ -120,8 +139,13 @@ static void resolve_row(uint32_t y, uint32_t thread, void *user)
 {
     (void)thread;
     const gn_antialias_job *job = user;
-    for (uint32_t x = 0; x < job->antialias->desc.width; x++)
-        resolve(job, x, y);
+    sums columns[3] = {{0}, sum_column(job, -1, y), sum_column(job, 0, y)};
+    for (uint32_t x = 0; x < job->antialias->desc.width; x++) {
+        columns[0] = columns[1];
+        columns[1] = columns[2];
+        columns[2] = sum_column(job, (int64_t)x + 1, y);
+        resolve(job, columns, x, y);
+    }
 }
 
 void gn_taa_apply(const gn_antialias_job *job)
