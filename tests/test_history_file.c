@@ -439,6 +439,38 @@ static void test_cut_short(void **state)
     gn_scene_destroy(&scene);
 }
 
+/* A note goes along, and one that is too long does not. */
+static void test_notes(void **state)
+{
+    (void)state;
+    gn_scene *scene = many_lights(2);
+    gn_view *view = new_view(5, 4);
+    const gn_visibility_desc desc = small_leak();
+    ok(gn_view_render(view, scene, 0, &desc, (const uint32_t[]){0, 1}, 2));
+    gn_history *history = gn_view_history(view), *loaded;
+    char *longest = malloc(GN_MAX_NOTE + 2);
+    memset(longest, 'x', GN_MAX_NOTE + 1);
+    longest[GN_MAX_NOTE + 1] = '\0';
+    assert_int_equal(gn_history_set_note(history, longest), GN_ERROR_INVALID_ARGUMENT);
+    assert_string_equal(gn_history_note(history), "");
+    longest[GN_MAX_NOTE] = '\0';
+    const char *const notes[] = {"frame 7\nof a walk", longest, NULL};
+    for (size_t i = 0; i < sizeof notes / sizeof *notes; i++) {
+        ok(gn_history_set_note(history, notes[i]));
+        loaded = reload(history, scene);
+        assert_string_equal(gn_history_note(loaded), notes[i] ? notes[i] : "");
+        gn_history_destroy(&loaded);
+    }
+    ok(gn_history_set_note(history, "frame 8"));
+    ok(gn_view_save_history(view, one));
+    ok(gn_history_set_note(history, "another"));
+    ok(gn_view_load_history(view, scene, one));
+    assert_string_equal(gn_history_note(gn_view_history(view)), "frame 8");
+    free(longest);
+    gn_view_destroy(&view);
+    gn_scene_destroy(&scene);
+}
+
 /* Random bits of a byte. With its own checksum a file is always refused; with the right one it
  * is refused or gives a history with which a frame can be rendered. */
 static void test_damage(void **state)
@@ -534,6 +566,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_masks_go_on), cmocka_unit_test(test_sequences_go_on),
         cmocka_unit_test(test_refusals),    cmocka_unit_test(test_cut_short),
-        cmocka_unit_test(test_damage),      cmocka_unit_test(test_lack_of_memory)};
+        cmocka_unit_test(test_damage),      cmocka_unit_test(test_lack_of_memory),
+        cmocka_unit_test(test_notes)};
     return cmocka_run_group_tests_name("history_file", tests, open_all, close_all);
 }
