@@ -170,7 +170,8 @@ static void test_alpha(void **state)
 {
     (void)state;
     double means[4];
-    static const char *const methods[] = {"ray-mip0", "ray-raw", "lt-vsm:mip0", "lt-vsm:raw"};
+    static const char *const methods[] = {"ray-mip0:bvh", "ray-raw:bvh", "lt-vsm:mip0",
+                                          "lt-vsm:raw"};
     for (int i = 0; i < 4; i++) {
         char command[256];
         snprintf(command, sizeof command,

@@ -120,7 +120,10 @@ typedef enum gn_leak_class {
 
 /* What answers shadow rays. All give the same visibility up to rounding. */
 typedef enum gn_tracer_kind {
-    GN_TRACER_AUTO = 0,        /* the light buffer where it is expected to be faster */
+    GN_TRACER_AUTO = 0,        /* the light buffer where it is expected to be faster: all rays are
+                                  traced, there is a history to keep it in, the light stands, and
+                                  little of the scene moves; else the tree. Of a picture's tiles
+                                  those whose lists are long are the tree's in any case */
     GN_TRACER_BVH = 1,         /* the scene's tree (Embree) */
     GN_TRACER_LIGHT_BUFFER = 2 /* a grid of triangle lists over the light's view (Haines and
                                   Greenberg 1986; gnomon/shadow/light_buffer.h) */
@@ -212,9 +215,9 @@ GN_API gn_result gn_view_render(gn_view *view, const gn_scene *scene, uint32_t c
                                 const gn_visibility_desc *desc, const uint32_t *lights,
                                 uint32_t light_count);
 
-/* Where in their pixels the rays of frames with one sample go from now on: right and down, in [0, 1),
- * 0.5 (as at first) is the centre. For antialiasing over time (gnomon/antialias.h). Motion is that
- * of surfaces: it knows nothing of jitter. */
+/* Where in their pixels the rays of frames with one sample go from now on: right and down, in [0,
+ * 1), 0.5 (as at first) is the centre. For antialiasing over time (gnomon/antialias.h). Motion is
+ * that of surfaces: it knows nothing of jitter. */
 GN_API gn_result gn_view_set_jitter(gn_view *view, float x, float y);
 
 /* Facts that each gn_view_render() from now on fills in, one a light, of several samples the last;

@@ -341,7 +341,7 @@ static bool has_moving(const gn_light_buffer *buffer)
 }
 
 gn_result gn_light_buffer_update(gn_light_buffer *buffer, const gn_scene *scene,
-                                 const gn_light_frame *frame, size_t limit)
+                                 const gn_light_frame *frame, bool selective, size_t limit)
 {
     buffer->time++;
     buffer->limit = limit;
@@ -350,14 +350,15 @@ gn_result gn_light_buffer_update(gn_light_buffer *buffer, const gn_scene *scene,
     buffer->tree_rays = 0;
     buffer->info.build_ms = 0.0;
     const double start = gn_milliseconds();
-    const bool same = buffer->scene_number == scene->number &&
-                      buffer->accel_number == scene->accel_number &&
-                      memcmp(&buffer->frame, frame, sizeof *frame) == 0;
+    const bool same =
+        buffer->scene_number == scene->number && buffer->accel_number == scene->accel_number &&
+        buffer->selective == selective && memcmp(&buffer->frame, frame, sizeof *frame) == 0;
     buffer->scene = scene;
     buffer->accel = scene->accel;
     if (!same) {
         empty(buffer);
         buffer->frame = *frame;
+        buffer->selective = selective;
         if (!number_masked(buffer) || !list_casters(buffer, GN_CASTERS_STATIC))
             return fail_memory(buffer);
     }

@@ -99,6 +99,7 @@ typedef struct gn_light_buffer {
     /* What it is of; another light or tree starts it anew. */
     uint64_t scene_number, accel_number, transform_version;
     gn_light_frame frame;
+    bool selective; /* gn_light_buffer_update() */
 
     gn_light_items items[2][GN_LIGHT_FACES]; /* by gn_casters */
     uint32_t *first_masked; /* of each instance: what its masked triangles' numbers begin at */
@@ -115,9 +116,10 @@ typedef struct gn_light_buffer {
 
 gn_result gn_light_buffer_create(gn_context *context, gn_light_buffer **buffer);
 void gn_light_buffer_destroy(gn_light_buffer **buffer); /* NULL is fine */
-/* Makes ready for the rays of a frame, and clears what info says of a call. limit: bytes. */
+/* Makes ready for the rays of a frame, and clears what info says of a call. selective: leaves the
+ * rays of tiles whose lists are long to the tree, which is faster there. limit: bytes. */
 gn_result gn_light_buffer_update(gn_light_buffer *buffer, const gn_scene *scene,
-                                 const gn_light_frame *frame, size_t limit);
+                                 const gn_light_frame *frame, bool selective, size_t limit);
 /* Builds what rays have missed. On error the buffer is empty. */
 gn_result gn_light_buffer_grow(gn_light_buffer *buffer);
 /* The slot of a tile's key, made where there is none. NULL: the table is full.

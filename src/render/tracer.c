@@ -6,6 +6,9 @@
 #include "render/cascade.h"
 #include "render/device.h"
 
+/* Moving casters are put into their lists anew every frame, some 0.1 us a triangle and tile. */
+#define MOST_MOVING 65536u
+
 /* Orthogonal to the last bits of a double: a ray has one place in the view. */
 static void set_axes(const float direction[3], double axes[3][3])
 {
@@ -45,11 +48,36 @@ static gn_light_frame frame_of(const gn_light *light, float clip)
     return frame;
 }
 
+/* Triangles that move, or stand but take the way that moves. */
+static uint64_t count_moving(const gn_scene *scene)
+{
+    const gn_accel *accel = scene->accel;
+    uint64_t count = 0;
+    for (uint32_t i = 0; i < accel->instance_count; i++) {
+        const gn_instance *instance = &accel->instances[i];
+        if (instance->node != GN_NONE && scene->nodes[instance->node].animated)
+            count += instance->tree->counts[GN_GEOMETRY_OPAQUE] +
+                     instance->tree->counts[GN_GEOMETRY_MASKED];
+    }
+    return count;
+}
+
+/* Is the light buffer expected to be faster, over a walk through the scene (docs/decisions.md)?
+ * Asks nothing but what a frame is of: its bits must not depend on the frames before. */
+static bool suits_light_buffer(const gn_scene *scene, const gn_visibility_desc *desc)
+{
+    const uint32_t node = scene->lights[desc->light].node;
+    const bool stands = node == GN_NONE || !scene->nodes[node].animated;
+    return desc->history && desc->method->trace == GN_TRACE_ALL && stands &&
+           count_moving(scene) <= MOST_MOVING;
+}
+
 gn_result gn_choose_tracer(const gn_scene *scene, const gn_visibility_desc *desc,
                            gn_history *history, gn_tracer *tracer)
 {
+    const bool automatic = desc->tracer == GN_TRACER_AUTO;
     *tracer = (gn_tracer){.accel = scene->accel};
-    if (desc->tracer != GN_TRACER_LIGHT_BUFFER)
+    if (desc->tracer == GN_TRACER_BVH || (automatic && !suits_light_buffer(scene, desc)))
         return GN_OK;
     const gn_light *light = &scene->lights[desc->light];
     const gn_light_frame frame = frame_of(light, desc->point_light_clip);
@@ -57,7 +85,7 @@ gn_result gn_choose_tracer(const gn_scene *scene, const gn_visibility_desc *desc
     gn_light_buffer *buffer;
     GN_TRY(gn_history_reserve_light_buffer(history, scene, desc->light, &buffer, &others));
     const size_t limit = desc->light_buffer_limit > others ? desc->light_buffer_limit - others : 0;
-    GN_TRY(gn_light_buffer_update(buffer, scene, &frame, limit));
+    GN_TRY(gn_light_buffer_update(buffer, scene, &frame, automatic, limit));
     tracer->buffer = buffer;
     return GN_OK;
 }

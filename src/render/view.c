@@ -294,8 +294,8 @@ gn_result gn_view_trace_gbuffer(gn_view *view, const gn_scene *scene, uint32_t c
     return remember(view, scene, &rays);
 }
 
-/* Sample i of the R2 sequence (Roberts 2018): even in the pixel for any count. One sample lies where
- * it was told to. */
+/* Sample i of the R2 sequence (Roberts 2018): even in the pixel for any count. One sample lies
+ * where it was told to. */
 static void sample_position(const gn_view *view, uint32_t i, float jitter[2])
 {
     if (view->desc.samples == 1) {
