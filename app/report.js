@@ -106,7 +106,7 @@ function makePicture(figure, picture, i, all) {
 }
 function makePictures(figure) {
   const rows = figure.rows || [], pictures = figure.pictures || [];
-  const columns = count => `--columns: ${count > 5 ? Math.ceil(count / 2) : count}`;
+  const columns = count => `--columns: ${count > 6 ? Math.ceil(count / 2) : count}`;
   return [
     pictures.length ? make("div", { class: pictures.some(p => p.wide || p.profile)
       ? "pictures row" : "pictures", style: columns(pictures.length) },

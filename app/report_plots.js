@@ -153,11 +153,11 @@ function makeTable(title, columns, rows) {
   if (!rows.length) return null;
   const cell = (tag, value) => value instanceof Node ? value
     : make(tag, tag === "th" ? { scope: "col" } : {}, value == null ? "–" : String(value));
-  return make("div", { class: "scroll table", tabindex: 0, role: "region", "aria-label": title },
-    make("table", {}, make("caption", {}, title),
+  return make("div", {}, make("p", { class: "caption" }, title),
+    make("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": title }, make("table", {},
       make("thead", {}, make("tr", {}, ...columns.map(c => make("th", { scope: "col", title: c[2] },
         c[0])))),
-      make("tbody", {}, ...rows.map(row => make("tr", {}, ...columns.map(c => cell("td", c[1](row))))))));
+      make("tbody", {}, ...rows.map(row => make("tr", {}, ...columns.map(c => cell("td", c[1](row)))))))));
 }
 const percent = (value, count) => value == null ? "–" : (100 * value).toFixed(count);
 const thousandths = value => value == null ? "–" : (1000 * value).toFixed(3);
