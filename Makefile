@@ -5,10 +5,12 @@ BUILD = build/release
 GNOMON = $(BUILD)/bin/gnomon
 PREFIX = /usr/local
 
-.PHONY: help build demo test bench figures format clean install
+.PHONY: help build demo report test bench figures format clean install
 
 help:
 	@echo "make demo      render the built-in scene with every method: out/demo/index.html"
+	@echo "make report    the methods on the built-in scenes, with the papers' figures and tables, in ten"
+	@echo "               minutes: out/report/index.html"
 	@echo "make test      build and run the tests"
 	@echo "make bench     the tables of docs/benchmarks.md: times, flicker and errors of the methods on"
 	@echo "               built-in scenes, and on those of the folder GNOMON_SCENES, if set"
@@ -26,6 +28,10 @@ build:
 demo: build
 	@mkdir -p out
 	@$(GNOMON) demo -o out/demo
+
+report: build
+	@mkdir -p out
+	@$(GNOMON) report -o out/report
 
 test: build
 	@ctest --test-dir $(BUILD) --output-on-failure -j "$$(nproc)"
