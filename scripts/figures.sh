@@ -148,7 +148,7 @@ plot "$work/walk.tsv" using 0:1 with lines lw 2 dt 2 lc "#d04020" title "ltt-vsm
 PLOT
 )
 
-# A report as a browser shows it, with the times of this machine.
+# A report as a browser shows it; it names this machine.
 report() (
     command -v chromium >/dev/null || {
         echo "figures: there is no chromium (scripts/setup.sh browser): report.jpg stays" >&2
@@ -156,10 +156,10 @@ report() (
     }
     work=$(mktemp -d)
     trap 'rm -rf "$work"' EXIT
-    "$gnomon" report grove -o "$work/report" --size 960x540 --camera CamRoad --figures ray5 \
-        --methods ray-mip0,ray-raw,ray-test,ray-saturate,ray-coverage --quiet >/dev/null
+    "$gnomon" report railing -o "$work/report" --size 960x540 --camera CamRailing --methods nlmsm64 \
+        --figures moment1 --quiet >/dev/null
     chromium --headless --no-sandbox --disable-gpu --hide-scrollbars --virtual-time-budget=5000 \
-        --window-size=1360,1080 --screenshot="$work/report.png" "file://$work/report/index.html#ray" \
+        --window-size=1360,1290 --screenshot="$work/report.png" "file://$work/report/index.html#moment" \
         2>/dev/null
     convert "$work/report.png" -quality 85 "$folder/report.jpg"
 )
