@@ -340,7 +340,7 @@ static void test_face(void **state)
         assert_true(seen[face] > COUNT / 100);
 }
 
-/* A tile is a power of two, of 2^GN_LIGHT_TILE_BITS footprints down to half as many. */
+/* A tile is a power of two, of 2^GN_LIGHT_TILE_BITS footprints down to a sixteenth. */
 static void test_level(void **state)
 {
     (void)state;
@@ -349,11 +349,13 @@ static void test_level(void **state)
         const float width =
             (float)(whole(0, 3) ? size_in(1e-30, 1e30) : ldexp(1.0, whole(-99, 99)));
         const double footprints = ldexp(1.0, gn_light_level(width)) / (double)width;
-        if (!(footprints > most / 2 && footprints <= most))
+        if (!(footprints > most / 16 && footprints <= most))
             fail_msg("width %g: %g footprints", (double)width, footprints);
     }
     assert_int_equal(gn_light_level(1.0f), GN_LIGHT_TILE_BITS);
-    assert_int_equal(gn_light_level(nextafterf(1.0f, 0.0f)), GN_LIGHT_TILE_BITS - 1);
+    assert_int_equal(gn_light_level(nextafterf(16.0f, 0.0f)), GN_LIGHT_TILE_BITS);
+    assert_int_equal(gn_light_level(16.0f), GN_LIGHT_TILE_BITS + 4);
+    assert_int_equal(gn_light_level(nextafterf(1.0f, 0.0f)), GN_LIGHT_TILE_BITS - 4);
 }
 
 int main(void)

@@ -123,12 +123,15 @@ GN_FN lint gn_light_face(real x, real y, real z)
     return axis + gn_select_int(along < 0.0f, gn_splat_int(1), gn_splat_int(0));
 }
 
-/* The whole number log2 of the side of a receiver's tile: 2^GN_LIGHT_TILE_BITS of its ray cone's
- * footprints, down to half as many. Central light: width over distance. */
-#define GN_LIGHT_TILE_BITS 8
+/* The whole number log2 of the side of a receiver's tile: 2^GN_LIGHT_TILE_BITS of its pixel's
+ * footprints, down to a sixteenth of that. Sides are 16 times each other, since receivers of many
+ * distances lie one behind the other in the light's view: with a side for each power of two a
+ * triangle would be in the tiles of most. width: of the footprint, > 0. Central light: over its
+ * distance along the face's axis. */
+#define GN_LIGHT_TILE_BITS 9
 GN_FN lint gn_light_level(real width)
 {
-    return (gn_bits(width) >> 23) - 127 + GN_LIGHT_TILE_BITS;
+    return (((gn_bits(width) >> 23) - 127) & ~3) + GN_LIGHT_TILE_BITS;
 }
 
 #include "dialect_end.h"
