@@ -1,8 +1,8 @@
 #!/bin/sh
 # Every table of docs/benchmarks.md. Run it on an idle machine.
 #
-#   benchmarks/run.sh GNOMON [stability|speed|threads|growth|lights|filter|depth|evaluate|maps|leak|
-#                             leak-sizes|leak-lights ...]
+#   benchmarks/run.sh GNOMON [stability|speed|threads|growth|lights|tracers|tracer-growth|filter|depth|
+#                             evaluate|maps|leak|leak-sizes|leak-lights ...]
 #
 # GNOMON is the program. With GNOMON_SCENES set to a folder that holds grove.glb, court.glb and
 # leafbox.glb, those are measured beside the built-in scenes.
@@ -62,6 +62,33 @@ growth() {
 lights() {
     bench leafbox --camera CamOrbit --frames 12 --repeats 3
     [ -z "$scenes" ] || bench "$GNOMON_SCENES/leafbox.glb" --camera CamOrbit --frames 12 --repeats 3
+}
+
+# Tree and light buffer over camera walks, building included; all rays and leak tracing.
+tracers() {
+    for scene in grove court leafbox ${GNOMON_SCENES:+grove.glb court.glb leafbox.glb}; do
+        case $scene in
+        *leafbox*) camera=CamOrbit ;;
+        *) camera=CamWalk ;;
+        esac
+        case $scene in
+        *.glb) path=$GNOMON_SCENES/$scene ;;
+        *) path=$scene ;;
+        esac
+        bench "$path" --camera "$camera" --frames 60 --warm-up 0 --repeats 1 --methods \
+            ray-mip0:bvh,ray-mip0:light-buffer,ray-mip0,ray-saturate:bvh,ray-saturate:light-buffer,\
+ray-saturate,lt-vsm:bvh,lt-vsm:light-buffer
+    done
+}
+
+# 0.2, 2 and 20 million instanced triangles in a light buffer, its first frame and the next.
+tracer_growth() {
+    for scale in 0.57 5.7 57; do
+        for camera in CamWalk CamRoad; do
+            bench grove --scale "$scale" --camera "$camera" --frames 2 --warm-up 0 --repeats 1 \
+                --methods ray-mip0:bvh,ray-mip0:light-buffer
+        done
+    done
 }
 
 # Making the texels of a shadow map: fused, in three passes, and a memcpy.
@@ -159,7 +186,7 @@ leak_lights() (
     report
 )
 
-[ $# -gt 0 ] || set -- stability speed threads growth lights filter depth evaluate maps leak \
+[ $# -gt 0 ] || set -- stability speed threads growth lights tracers tracer-growth filter depth evaluate maps leak \
     leak-sizes leak-lights
 for part; do
     "$(echo "$part" | tr - _)"

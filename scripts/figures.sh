@@ -29,6 +29,12 @@ pictures() (
 # The README's.
 "$gnomon" render grove --camera CamRoad --size 960x540 --quiet -o "$folder/grove.png"
 
+# How long the lists of a light buffer are.
+"$gnomon" render grove --camera CamRoad --tracer light-buffer --aov light-buffer --size 960x540 --quiet \
+    -o "$folder/tiles.png"
+mv "$folder/tiles.light-buffer.png" "$folder/light-buffer.png"
+rm "$folder/tiles.png"
+
 # Each filterable map beside percentage-closer filtering of the same depths, with the difference
 # (orange: lighter, blue: darker); pcf9 and sm beside traced rays.
 pair() { # A B [OPTION...]
