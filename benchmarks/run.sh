@@ -28,7 +28,7 @@ bench() {
 # Flicker, toggles and error over a slow camera walk (the ray cone paper's main claim).
 stability() {
     for scene in grove $scenes; do
-        bench "$scene" --camera CamWalk --frames 60 --repeats 1 --reference 64 --reference-frames 4
+        bench "$scene" --tracer bvh --camera CamWalk --frames 60 --repeats 1 --reference 64 --reference-frames 4
     done
 }
 
@@ -36,17 +36,17 @@ stability() {
 speed() {
     for scene in grove $scenes; do
         for camera in CamRoad CamGlade CamWall CamWalk; do
-            bench "$scene" --camera "$camera" --frames 3 --repeats 5
+            bench "$scene" --tracer bvh --camera "$camera" --frames 3 --repeats 5
         done
     done
-    bench court --frames 3 --repeats 5
-    [ -z "$scenes" ] || bench "$GNOMON_SCENES/court.glb" --frames 3 --repeats 5
+    bench court --tracer bvh --frames 3 --repeats 5
+    [ -z "$scenes" ] || bench "$GNOMON_SCENES/court.glb" --tracer bvh --frames 3 --repeats 5
 }
 
 threads() {
     for threads in 1 2; do
         for scene in grove $scenes; do
-            bench "$scene" --camera CamWalk --frames 3 --repeats 5 --threads "$threads"
+            bench "$scene" --tracer bvh --camera CamWalk --frames 3 --repeats 5 --threads "$threads"
         done
     done
 }
@@ -54,14 +54,14 @@ threads() {
 # 0.2, 2 and 20 million instanced triangles.
 growth() {
     for scale in 0.57 5.7 57; do
-        bench grove --scale "$scale" --camera CamWalk --frames 3 --repeats 3
+        bench grove --tracer bvh --scale "$scale" --camera CamWalk --frames 3 --repeats 3
     done
 }
 
 # A point light in a box.
 lights() {
-    bench leafbox --camera CamOrbit --frames 12 --repeats 3
-    [ -z "$scenes" ] || bench "$GNOMON_SCENES/leafbox.glb" --camera CamOrbit --frames 12 --repeats 3
+    bench leafbox --tracer bvh --camera CamOrbit --frames 12 --repeats 3
+    [ -z "$scenes" ] || bench "$GNOMON_SCENES/leafbox.glb" --tracer bvh --camera CamOrbit --frames 12 --repeats 3
 }
 
 # Tree and light buffer over camera walks, building included; all rays and leak tracing.
@@ -111,7 +111,7 @@ evaluate() {
 # Map methods over a camera walk, maps kept from frame to frame, beside rays.
 maps() {
     for scene in grove $scenes; do
-        bench "$scene" --camera CamWalk --frames 30 --repeats 1 \
+        bench "$scene" --tracer bvh --camera CamWalk --frames 30 --repeats 1 \
             --methods ray-mip0,ray-test,ray-coverage,sm,pcf,pcf9,vsm,evsm,msm64,nlmsm64,nlmsm32,sd-vsm
     done
 }
@@ -131,7 +131,7 @@ record() {
     esac
     mkdir -p "$RESULTS"
     echo "$(date +%T) $part, $name" >&2
-    "$gnomon" bench "$scene" --camera "$camera" --size "$SIZE" --fps "$FPS" --time "$START" \
+    "$gnomon" bench "$scene" --tracer bvh --camera "$camera" --size "$SIZE" --fps "$FPS" --time "$START" \
         --warm-up 8 --frames "$frames" --repeats "$RUNS" --methods "$methods" --quiet --json "$@" \
         >"$RESULTS/new"
     mv "$RESULTS/new" "$RESULTS/$part@$name.json"
