@@ -1,5 +1,5 @@
 /* Life of a light buffer: what it is of, its tiles, and their building. The loops are in
- * light_tile.inc and light_trace.inc. */
+ * light_gather.inc, light_tile.inc and light_trace.inc. */
 #include "cpu/light_buffer.h"
 
 #include <math.h>
