@@ -167,6 +167,7 @@ static int run_once(bench_command *c, const char *value, cJSON *runs)
     gn_app_release_methods(methods, count);
     gn_app_close(&app);
     gn_machine_close(&machine);
+    c->bench.machine = NULL;
     return code;
 }
 

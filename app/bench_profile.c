@@ -16,7 +16,7 @@ static void paint_line(const float *values, uint32_t width, uint8_t *rgb)
         for (uint32_t c = 0; c < 3; c++)
             rgb[3 * x + c] = isnan(values[x])
                                  ? sky_color[c]
-                                 : (uint8_t)(fminf(fmaxf(values[x], 0), 1) * 255.0f + 0.5f);
+                                 : (uint8_t)lroundf(fminf(fmaxf(values[x], 0), 1) * 255.0f);
 }
 
 bool gn_bench_write_profile(gn_app *app, const gn_bench_options *options,

@@ -37,8 +37,8 @@ static bool read_vector(const camera_path *path, uint32_t key, const cJSON *obje
 {
     const cJSON *list = cJSON_GetObjectItemCaseSensitive(object, field);
     bool good = cJSON_IsArray(list) && cJSON_GetArraySize(list) == 3;
-    for (int i = 0; i < 3 && good; i++) {
-        const cJSON *number = cJSON_GetArrayItem(list, i);
+    for (int i = 0; i < 3; i++) {
+        const cJSON *number = good ? cJSON_GetArrayItem(list, i) : NULL;
         good = cJSON_IsNumber(number) && fabs(number->valuedouble) <= 1e9;
         vector[i] = good ? number->valuedouble : 0;
     }
@@ -92,7 +92,7 @@ static void to_quaternion(double axes[3][3], float q[4])
 static bool read_rotation(const camera_path *path, uint32_t key, const cJSON *object,
                           const double position[3], float rotation[4])
 {
-    double axes[3][3], up[3] = {0, 1, 0}, forward[3];
+    double axes[3][3] = {{0}}, up[3] = {0, 1, 0}, forward[3];
     const bool target = cJSON_HasObjectItem(object, "look_at");
     if (target == cJSON_HasObjectItem(object, "direction"))
         return refuse(path, key, "", "needs either look_at or direction");
