@@ -117,7 +117,7 @@ static void read_light(const input *in)
     CHECK((float)(gn_light_side(w.a, b, c) + gn_light_side(back.c, c, b)));
     CHECK((float)gn_light_covers(a, b, c, w));
     CHECK((float)gn_light_face(v[0], v[1], v[2]) / 5.0f);
-    CHECK((float)(gn_light_level(in->receiver) + 375) / 511.0f);
+    CHECK((float)(gn_light_level(in->receiver) + 375) / 512.0f);
 }
 
 /* Encoders take any floats at all, and make words that can be read. */
