@@ -116,6 +116,7 @@ static void read_light(const input *in)
     const gn_light_weights w = gn_light_weigh(a, b, c), back = gn_light_weigh(c, b, a);
     CHECK((float)(gn_light_side(w.a, b, c) + gn_light_side(back.c, c, b)));
     CHECK((float)gn_light_covers(a, b, c, w));
+    CHECK((float)(gn_light_inside(w) + gn_light_on_edge(w)));
     CHECK((float)gn_light_face(v[0], v[1], v[2]) / 5.0f);
     CHECK((float)(gn_light_level(in->receiver) + 375) / 512.0f);
 }

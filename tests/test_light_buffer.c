@@ -111,6 +111,10 @@ static cover cover_of(const mesh *m, ray r)
                               c = at[m->corner[t][2]];
         const gn_light_weights w = gn_light_weigh(a, b, c);
         const float area = gn_light_area(w);
+        if (gn_light_inside(w))
+            assert_true(gn_light_covers(a, b, c, w));
+        else if (!gn_light_on_edge(w))
+            assert_false(gn_light_covers(a, b, c, w));
         if (!gn_light_covers(a, b, c, w))
             continue;
         n.positive += area > 0.0f;

@@ -41,7 +41,7 @@ void main()
     gn_light_corner c = corner_of(triangles[4 * i + 2], ray);
     vec4 plane = triangles[4 * i + 3];
     gn_light_weights w = gn_light_weigh(a, b, c);
-    bool hit = gn_light_covers(a, b, c, w) &&
+    bool hit = (gn_light_inside(w) || (gn_light_on_edge(w) && gn_light_covers(a, b, c, w))) &&
                gn_light_ahead(plane.x, plane.y, plane.z, plane.w, ray.x, ray.y, ray.z, ray.w) < 0.0;
     vec4 receiver = receivers[i];
     answers[i] =

@@ -114,6 +114,10 @@ MASK(light_side_met, UNIT, gn_light_side(a - a, GN_MAKE_CORNER(b, c), GN_MAKE_CO
 MASK(light_covers, ANY, gn_light_covers(GN_MAKE_CORNERS(a, b, c), GN_MAKE_WEIGHTS(c, a, b)))
 MASK(light_covers_near, UNIT,
      gn_light_covers(GN_MAKE_CORNERS(a, b, c), gn_light_weigh(GN_MAKE_CORNERS(a, b, c))))
+MASK(light_inside, ANY, gn_light_inside(GN_MAKE_WEIGHTS(c, a, b)))
+MASK(light_inside_near, UNIT, gn_light_inside(gn_light_weigh(GN_MAKE_CORNERS(a, b, c))))
+MASK(light_on_edge, ANY, gn_light_on_edge(GN_MAKE_WEIGHTS(c, a, b)))
+MASK(light_on_edge_met, UNIT, gn_light_on_edge(GN_MAKE_WEIGHTS(a - a, a, b)))
 REAL(light_ahead, UNIT, gn_light_ahead(a, b * 1e-7f, c, a, b, c, b, c * 1e-7f))
 INTEGER(light_face, ANY, gn_light_face(a, b, c))
 INTEGER(light_face_near, UNIT, gn_light_face(a - b, b - c, c - a))

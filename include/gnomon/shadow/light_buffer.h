@@ -110,6 +110,18 @@ GN_FN real gn_light_ahead(real high, real low, real slope_x, real slope_y, real 
     return (high - ray_high) + ((low - ray_low) + (slope_x * ray_x + slope_y * ray_y));
 }
 
+/* The same in two halves, for loops over many: a ray with gn_light_inside() meets the triangle; one
+ * with gn_light_on_edge(), which is rare, may meet it (gn_light_covers()); others do not. */
+GN_FN mask gn_light_inside(gn_light_weights w)
+{
+    return gn_or(gn_min(gn_min(w.a, w.b), w.c) > 0.0f, gn_max(gn_max(w.a, w.b), w.c) < 0.0f);
+}
+
+GN_FN mask gn_light_on_edge(gn_light_weights w)
+{
+    return gn_or(gn_min(gn_min(w.a, w.b), w.c) == 0.0f, gn_max(gn_max(w.a, w.b), w.c) == 0.0f);
+}
+
 /* Central light: the face of a cube around it in whose pyramid a point lies, relative to the light:
  * 0 to 5 for +x, -x, +y, -y, +z, -z. Of equal coordinates the first counts. */
 GN_FN lint gn_light_face(real x, real y, real z)
