@@ -7,13 +7,6 @@
 
 enum { MAX_SHOTS = 8 }; /* side by side */
 
-/* One picture is soonest traced; in a sequence what was found in a frame serves the next (the
- * measurements are in docs/benchmarks.md). Several samples a pixel are as many pictures. */
-static const char *default_method(const gn_render_options *o)
-{
-    return o->frames.given && o->samples == 1 ? "lt-vsm:coverage" : "ray";
-}
-
 const char *const gn_app_antialias_names[] = {"none", "taa", "smaa-t2x", NULL};
 
 /* Frames before a single picture: two turns of the places in the pixel, and one of two. */
@@ -66,8 +59,7 @@ static int check_options(gn_render_options *o, gn_app_method *method, uint32_t *
         const int code = gn_app_combine_parts("render", &o->parts, method);
         if (code != GN_GO_ON)
             return code;
-    } else if (!gn_app_parse_method("render", o->method ? o->method : default_method(o), NULL,
-                                    method)) {
+    } else if (!gn_app_parse_method("render", o->method ? o->method : "ray", NULL, method)) {
         return GN_EXIT_USAGE;
     }
     *aovs = exr ? 1u << GN_AOV_VISIBILITY : 0;
@@ -107,8 +99,7 @@ static int parse(int argc, char **argv, gn_render_options *o, const char **scene
     const gn_option options[] = {
         GN_TEXT("output", 'o', "OUT", &o->output, "the file to write: .png, .exr or .mp4"),
         GN_TEXT("method", 'm', "NAME", &o->method,
-                "how visibility is found; default: ray, of --frames lt-vsm:coverage; see 'gnomon "
-                "methods'"),
+                "how visibility is found; default: ray; see 'gnomon methods'"),
         GN_APP_PARTS_OPTIONS(o->parts),
         GN_APP_SHOT_OPTIONS(o->common),
         GN_APP_TIME_OPTION(o->common),
