@@ -98,6 +98,18 @@ GN_FN mask gn_light_covers(gn_light_corner a, gn_light_corner b, gn_light_corner
     return gn_and(same, gn_light_area(w) != 0.0f);
 }
 
+/* gn_light_covers() in two steps, for loops over many: a ray with gn_light_inside() meets the
+ * triangle; one with gn_light_on_edge(), which is rare, may meet it; others do not. */
+GN_FN mask gn_light_inside(gn_light_weights w)
+{
+    return gn_or(gn_min(gn_min(w.a, w.b), w.c) > 0.0f, gn_max(gn_max(w.a, w.b), w.c) < 0.0f);
+}
+
+GN_FN mask gn_light_on_edge(gn_light_weights w)
+{
+    return gn_or(gn_min(gn_min(w.a, w.b), w.c) == 0.0f, gn_max(gn_max(w.a, w.b), w.c) == 0.0f);
+}
+
 /* Depth of the triangle's plane on the ray less the receiver's. Both depths are sums of a float and
  * a much smaller one (the same offset may be taken off both before they are split), so that a
  * receiver in the plane of a triangle is told from one behind it: nearly equal floats differ
@@ -108,18 +120,6 @@ GN_FN real gn_light_ahead(real high, real low, real slope_x, real slope_y, real 
                           real ray_high, real ray_low)
 {
     return (high - ray_high) + ((low - ray_low) + (slope_x * ray_x + slope_y * ray_y));
-}
-
-/* The same in two halves, for loops over many: a ray with gn_light_inside() meets the triangle; one
- * with gn_light_on_edge(), which is rare, may meet it (gn_light_covers()); others do not. */
-GN_FN mask gn_light_inside(gn_light_weights w)
-{
-    return gn_or(gn_min(gn_min(w.a, w.b), w.c) > 0.0f, gn_max(gn_max(w.a, w.b), w.c) < 0.0f);
-}
-
-GN_FN mask gn_light_on_edge(gn_light_weights w)
-{
-    return gn_or(gn_min(gn_min(w.a, w.b), w.c) == 0.0f, gn_max(gn_max(w.a, w.b), w.c) == 0.0f);
 }
 
 /* Central light: the face of a cube around it in whose pyramid a point lies, relative to the light:
