@@ -255,11 +255,46 @@ static void test_leak_tracing(void **state)
     }
 }
 
+/* Casters and cameras move while memory is short: tiles make room for others, and some are left to
+ * the tree. */
+static void test_short_of_memory(void **state)
+{
+    (void)state;
+    gn_scene *scene = built_in("court", 0.1, 1);
+    gn_view *view = new_view(WIDTH, HEIGHT);
+    const uint32_t cameras[2] = {0, gn_scene_find_camera(scene, "CamWalk")};
+    bool full = false;
+    for (size_t limit = 50000; limit < 50000000; limit *= 2) {
+        gn_history *history;
+        ok(gn_history_create(device, &history));
+        tally sum = {0};
+        size_t most = 0;
+        for (uint32_t k = 0; k < 8; k++) {
+            const gn_gbuffer *g = look(view, scene, cameras[k / 2 % 2], k);
+            gn_visibility_desc desc = ray_desc("ray", 0, GN_TRACER_LIGHT_BUFFER);
+            desc.history = history;
+            desc.light_buffer_limit = limit;
+            const gn_visibility_stats stats =
+                compare_tracers(scene, g, &desc, NULL, &sum, "short of memory");
+            assert_true(stats.light_buffer.bytes <= limit);
+            most = stats.light_buffer.bytes > most ? stats.light_buffer.bytes : most;
+        }
+        print_message("limit %zu: at most %zu bytes, %zu of %zu rays by the tree\n", limit, most,
+                      (size_t)sum.tree_rays, (size_t)sum.rays);
+        assert_true(limit > 50000 || sum.tree_rays > 0);
+        full |= sum.tree_rays == 0;
+        gn_history_destroy(&history);
+    }
+    assert_true(full);
+    gn_view_destroy(&view);
+    gn_scene_destroy(&scene);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_lights_move), cmocka_unit_test(test_camera_moves),
+        cmocka_unit_test(test_lights_move),  cmocka_unit_test(test_camera_moves),
         cmocka_unit_test(test_casters_move), cmocka_unit_test(test_nodes_added),
-        cmocka_unit_test(test_leak_tracing)};
+        cmocka_unit_test(test_leak_tracing), cmocka_unit_test(test_short_of_memory)};
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -10,6 +10,9 @@
 /* Tiles that no ray has asked for in so many frames are dropped. */
 #define KEPT_FRAMES 120u
 
+/* Room for more triangles, or pairs of triangles and cells, is not kept between frames. */
+#define KEPT_SCRATCH (1u << 16)
+
 /* Tiles are built in batches, between which the memory that they take is looked at. */
 #define BATCH 64u
 
@@ -27,8 +30,7 @@ static void free_lists(gn_light_buffer *buffer, gn_light_lists *lists)
 /* As if it had never been built. */
 static void empty_tile(gn_light_buffer *buffer, gn_light_tile *tile)
 {
-    for (int casters = 0; casters < 2; casters++)
-        free_lists(buffer, &tile->lists[casters]);
+    free_lists(buffer, &tile->lists);
     tile->moved = 0;
 }
 
@@ -38,8 +40,16 @@ static void free_tile(gn_light_buffer *buffer, gn_light_tile *tile)
     gn_free(buffer->context, tile);
 }
 
+static void drop_moving(gn_light_buffer *buffer)
+{
+    for (uint32_t i = 0; i < buffer->moving_count; i++)
+        free_tile(buffer, buffer->moving[i]);
+    buffer->moving_count = 0;
+}
+
 static void empty(gn_light_buffer *buffer)
 {
+    drop_moving(buffer);
     for (uint32_t i = 0; i < buffer->tile_count; i++)
         free_tile(buffer, buffer->tiles[i]);
     buffer->tile_count = 0;
@@ -55,14 +65,28 @@ static void empty(gn_light_buffer *buffer)
     buffer->scene_number = 0;
 }
 
+static void free_scratch(gn_context *context, gn_light_scratch *s)
+{
+    gn_free(context, s->triangles);
+    gn_free(context, s->order);
+    gn_free(context, s->spare);
+    gn_free(context, s->pairs);
+    gn_free(context, s->covers);
+    gn_free(context, s->counts);
+    gn_free(context, s->starts);
+    gn_free(context, s->sorted);
+    *s = (gn_light_scratch){0};
+}
+
 gn_result gn_light_buffer_create(gn_context *context, gn_light_buffer **buffer)
 {
     gn_light_buffer *made = *buffer = gn_alloc_zero(context, 1, sizeof *made);
     if (made) {
         made->context = context;
         made->slots = gn_alloc_zero(context, GN_LIGHT_SLOTS, sizeof *made->slots);
+        made->scratch = gn_alloc_zero(context, context->threads, sizeof *made->scratch);
     }
-    if (made && made->slots)
+    if (made && made->slots && made->scratch)
         return GN_OK;
     gn_light_buffer_destroy(buffer);
     return gn_fail(context, GN_ERROR_OUT_OF_MEMORY, "out of memory for a light buffer");
@@ -76,7 +100,11 @@ void gn_light_buffer_destroy(gn_light_buffer **buffer)
     *buffer = NULL;
     empty(b);
     gn_free(b->context, b->tiles);
+    gn_free(b->context, b->moving);
     gn_free(b->context, b->slots);
+    for (uint32_t i = 0; b->scratch && i < b->context->threads; i++)
+        free_scratch(b->context, &b->scratch[i]);
+    gn_free(b->context, b->scratch);
     gn_free(b->context, b);
 }
 
@@ -106,6 +134,34 @@ static bool list_casters(gn_light_buffer *buffer, gn_casters casters)
             !gn_light_items_add(buffer, i, buffer->items[casters]))
             return false;
     return true;
+}
+
+static bool has_moving(const gn_light_buffer *buffer)
+{
+    uint32_t count = 0;
+    for (uint32_t face = 0; face < GN_LIGHT_FACES; face++)
+        count += buffer->items[GN_CASTERS_DYNAMIC][face].count;
+    return count > 0;
+}
+
+/* Tiles whose finest cells are an eighth of the runs' sides, about as large as their triangles. */
+static int32_t find_moving_level(const gn_light_buffer *buffer)
+{
+    double sum = 0.0;
+    uint32_t count = 0;
+    for (uint32_t face = 0; face < GN_LIGHT_FACES; face++) {
+        const gn_light_items *items = &buffer->items[GN_CASTERS_DYNAMIC][face];
+        for (uint32_t i = 0; i < items->count; i++) {
+            const double width = (double)items->high[0][i] - (double)items->low[0][i];
+            const double height = (double)items->high[1][i] - (double)items->low[1][i];
+            const double side = sqrt(width * height);
+            sum += isfinite(side) ? side : 0.0;
+            count += isfinite(side);
+        }
+    }
+    const double side = GN_LIGHT_CELLS / 8.0 * sum / count;
+    const int32_t level = count > 0 && sum > 0.0 ? (int32_t)lround(log2(side)) : INT32_MIN;
+    return buffer->frame.central && level > 0 ? 0 : level;
 }
 
 /* Numbers all masked triangles of all instances. false: no memory, or too many. */
@@ -181,8 +237,8 @@ static void drop_tiles(gn_light_buffer *buffer, uint64_t oldest)
 
 typedef struct growth {
     gn_light_buffer *buffer;
+    gn_casters casters;
     gn_light_tile **tiles; /* to be built */
-    gn_light_scratch *scratch;
     gn_light_outcome *outcomes;
     uint32_t first; /* of the batch */
 } growth;
@@ -190,14 +246,8 @@ typedef struct growth {
 static void build_tile(uint32_t index, uint32_t thread, void *user)
 {
     growth *g = user;
-    gn_light_tile *tile = g->tiles[g->first + index];
-    const gn_light_buffer *buffer = g->buffer;
-    gn_light_outcome outcome = GN_LIGHT_DONE;
-    for (int casters = 0; casters < 2 && outcome == GN_LIGHT_DONE; casters++)
-        if (casters == GN_CASTERS_DYNAMIC ? tile->moved != buffer->moved : tile->moved == 0)
-            outcome = buffer->accel->kernels->light_tile(buffer, tile, (gn_casters)casters,
-                                                         &g->scratch[thread]);
-    g->outcomes[g->first + index] = outcome;
+    g->outcomes[g->first + index] = g->buffer->accel->kernels->light_tile(
+        g->buffer, g->tiles[g->first + index], g->casters, &g->buffer->scratch[thread]);
 }
 
 static int compare_keys(const void *a, const void *b)
@@ -206,17 +256,38 @@ static int compare_keys(const void *a, const void *b)
     return ((*x)->key > (*y)->key) - ((*x)->key < (*y)->key);
 }
 
-/* Where a key's tile lies. */
-static void place_tile(gn_light_tile *tile)
+/* Parts of a key. */
+static int32_t key_level(uint64_t key)
 {
-    const int64_t x = (int64_t)(tile->key >> 26 & 0x3ffffff) - (1 << 25);
-    const int64_t y = (int64_t)(tile->key & 0x3ffffff) - (1 << 25);
-    const int level = (int)(tile->key >> 52 & 511) - 256;
-    const double size = ldexp(1.0, level);
-    tile->face = (uint32_t)(tile->key >> 61);
+    return (int32_t)(key >> 52 & 511) - 256;
+}
+
+static int32_t key_column(uint64_t key)
+{
+    return (int32_t)(key >> 26 & 0x3ffffff) - (1 << 25);
+}
+
+static int32_t key_row(uint64_t key)
+{
+    return (int32_t)(key & 0x3ffffff) - (1 << 25);
+}
+
+/* A tile where its key says, added to an array of them. NULL: no memory. */
+static gn_light_tile *add_tile(gn_light_buffer *buffer, uint64_t key, gn_light_tile ***tiles,
+                               uint32_t *count, uint32_t *capacity)
+{
+    if (!gn_grow(buffer->context, (void **)tiles, *count, capacity, sizeof **tiles))
+        return NULL;
+    gn_light_tile *tile = gn_alloc_zero(buffer->context, 1, sizeof *tile);
+    if (!tile)
+        return NULL;
+    const double size = ldexp(1.0, key_level(key));
+    tile->key = key;
+    tile->face = (uint32_t)(key >> 61);
     tile->half = 0.5 * size;
-    tile->centre[0] = ((double)x + 0.5) * size;
-    tile->centre[1] = ((double)y + 0.5) * size;
+    tile->centre[0] = (key_column(key) + 0.5) * size;
+    tile->centre[1] = (key_row(key) + 0.5) * size;
+    return (*tiles)[(*count)++] = tile;
 }
 
 /* All tiles that were asked for and are not ready, in order. */
@@ -229,16 +300,11 @@ static bool list_wanted(gn_light_buffer *buffer, gn_light_tile ***wanted, uint32
         if (slot->key == 0)
             continue;
         if (!slot->tile) {
-            if (!gn_grow(buffer->context, (void **)&buffer->tiles, buffer->tile_count,
-                         &buffer->tile_capacity, sizeof(gn_light_tile *)))
+            slot->tile = add_tile(buffer, slot->key, &buffer->tiles, &buffer->tile_count,
+                                  &buffer->tile_capacity);
+            if (!slot->tile)
                 return false;
-            gn_light_tile *tile = gn_alloc_zero(buffer->context, 1, sizeof *tile);
-            if (!tile)
-                return false;
-            tile->key = slot->key;
-            tile->used = buffer->time;
-            place_tile(tile);
-            slot->tile = buffer->tiles[buffer->tile_count++] = tile;
+            slot->tile->used = buffer->time;
         }
         const gn_light_tile *tile = slot->tile;
         const bool possible =
@@ -257,63 +323,121 @@ static bool take_batch(growth *g, uint32_t count)
     gn_light_buffer *buffer = g->buffer;
     for (uint32_t i = g->first; i < g->first + count; i++) {
         gn_light_tile *tile = g->tiles[i];
-        const bool fresh = tile->moved == 0;
-        for (int casters = 0; casters < 2; casters++) {
-            const gn_light_lists *lists = &tile->lists[casters];
-            /* Static lists of a tile whose moving casters were built anew are counted already. */
-            if (casters == GN_CASTERS_DYNAMIC || fresh) {
-                buffer->info.bytes += lists->bytes;
-                buffer->info.entries += lists->entries;
-                buffer->info.triangles += lists->triangles;
-            }
-        }
+        buffer->info.bytes += tile->lists.bytes;
+        buffer->info.entries += tile->lists.entries;
+        buffer->info.triangles += tile->lists.triangles;
         if (g->outcomes[i] == GN_LIGHT_NO_MEMORY)
             return false;
-        buffer->info.built += fresh;
-        tile->moved = buffer->moved;
         tile->too_long = g->outcomes[i] == GN_LIGHT_TOO_MUCH;
         tile->refused = tile->too_long || buffer->info.bytes > buffer->limit;
         if (tile->refused)
-            empty_tile(buffer, tile);
+            free_lists(buffer, &tile->lists);
     }
     return true;
 }
 
-static void free_scratch(gn_context *context, gn_light_scratch *s)
-{
-    gn_free(context, s->triangles);
-    gn_free(context, s->order);
-    gn_free(context, s->spare);
-    gn_free(context, s->pairs);
-    gn_free(context, s->covers);
-    gn_free(context, s->counts);
-    gn_free(context, s->starts);
-    gn_free(context, s->sorted);
-}
-
-static bool build_tiles(gn_light_buffer *buffer, gn_light_tile **tiles, uint32_t count)
+/* Where memory is short, tiles that were not asked for since the frame `oldest` make room. */
+static bool build_lists(gn_light_buffer *buffer, gn_casters casters, gn_light_tile **tiles,
+                        uint32_t count, uint64_t oldest)
 {
     gn_context *context = buffer->context;
     growth g = {.buffer = buffer,
+                .casters = casters,
                 .tiles = tiles,
-                .scratch = gn_alloc_zero(context, context->threads, sizeof *g.scratch),
                 .outcomes = gn_alloc_zero(context, count, sizeof *g.outcomes)};
-    bool complete = g.scratch && g.outcomes;
-    /* Moving casters of the tiles are built anew. */
-    for (uint32_t i = 0; i < count; i++)
-        free_lists(buffer, &tiles[i]->lists[GN_CASTERS_DYNAMIC]);
+    bool complete = g.outcomes != NULL;
     for (; complete && g.first < count; g.first += BATCH) {
         const uint32_t batch = count - g.first < BATCH ? count - g.first : BATCH;
         if (buffer->info.bytes > buffer->limit / 8 * 7)
-            drop_tiles(buffer, buffer->time);
+            drop_tiles(buffer, oldest);
         gn_parallel_for(context, batch, build_tile, &g);
         complete = take_batch(&g, batch);
     }
-    for (uint32_t i = 0; g.scratch && i < context->threads; i++)
-        free_scratch(context, &g.scratch[i]);
-    gn_free(context, g.scratch);
     gn_free(context, g.outcomes);
+    for (uint32_t i = 0; i < context->threads; i++)
+        if (buffer->scratch[i].triangle_capacity > KEPT_SCRATCH ||
+            buffer->scratch[i].pair_capacity > KEPT_SCRATCH)
+            free_scratch(context, &buffer->scratch[i]);
     return complete;
+}
+
+/* So many levels up one tile is a quarter of everything. */
+enum { LEVELS_UP = 25 };
+
+/* The tile of moving casters around a tile, made where it is not there. false: no memory. */
+static bool find_moving(gn_light_buffer *buffer, gn_light_tile *tile)
+{
+    const int32_t level = key_level(tile->key);
+    int32_t up = buffer->moving_level > level ? buffer->moving_level - level : 0;
+    up = up < LEVELS_UP ? up : LEVELS_UP;
+    const uint64_t key =
+        gn_light_key(tile->face, level + up, key_column(tile->key) >> up, key_row(tile->key) >> up);
+    for (uint32_t i = buffer->moving_count; i-- > 0;)
+        if (buffer->moving[i]->key == key) {
+            tile->moving = buffer->moving[i];
+            return true;
+        }
+    return (tile->moving = add_tile(buffer, key, &buffer->moving, &buffer->moving_count,
+                                    &buffer->moving_capacity)) != NULL;
+}
+
+/* Of a tile's cells, those along one axis that [low, high] reaches. */
+static void find_range(double low, double high, const gn_light_tile *tile, double centre,
+                       uint32_t *first, uint32_t *last)
+{
+    const double cells = tile->lists.cells, scale = 0.5 * cells / tile->half;
+    const double edge = centre - tile->half;
+    *first = (uint32_t)fmin(fmax((low - edge) * scale, 0.0), cells - 1.0);
+    *last = (uint32_t)fmin(fmax((high - edge) * scale, 0.0), cells - 1.0);
+}
+
+/* Does anything that moves lie in a tile's part of the one around it? */
+static bool is_moved_over(const gn_light_tile *tile)
+{
+    const gn_light_tile *moving = tile->moving;
+    uint32_t first[2], last[2];
+    if (moving->refused || moving->lists.cells == 0)
+        return moving->refused;
+    for (int k = 0; k < 2; k++)
+        find_range(tile->centre[k] - tile->half, tile->centre[k] + tile->half, moving,
+                   moving->centre[k], &first[k], &last[k]);
+    for (uint32_t row = first[1]; row <= last[1]; row++)
+        for (uint32_t column = first[0]; column <= last[0]; column++) {
+            const gn_light_cell *cell = &moving->lists.cell[row * moving->lists.cells + column];
+            if (cell->opaque + cell->masked > 0)
+                return true;
+        }
+    return false;
+}
+
+/* Tiles that are new, or whose moving casters have moved; no tile of them is older than `oldest`,
+ * as in build_lists(). Puts new ones first. */
+static bool build_tiles(gn_light_buffer *buffer, gn_light_tile **tiles, uint32_t count,
+                        uint64_t oldest)
+{
+    const uint32_t there = buffer->moving_count;
+    uint32_t fresh = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        gn_light_tile *tile = tiles[i];
+        tile->moving = NULL;
+        if (has_moving(buffer) && !find_moving(buffer, tile))
+            return false;
+        if (tile->moved == 0) {
+            tiles[i] = tiles[fresh];
+            tiles[fresh++] = tile;
+        }
+    }
+    if (!build_lists(buffer, GN_CASTERS_DYNAMIC, buffer->moving + there,
+                     buffer->moving_count - there, oldest) ||
+        !build_lists(buffer, GN_CASTERS_STATIC, tiles, fresh, oldest))
+        return false;
+    buffer->info.built += fresh;
+    for (uint32_t i = 0; i < count; i++) {
+        if (tiles[i]->moving && !is_moved_over(tiles[i]))
+            tiles[i]->moving = NULL;
+        tiles[i]->moved = tiles[i]->refused ? 0 : buffer->moved;
+    }
+    return true;
 }
 
 /* Moving casters of the tiles that the frame before used: this one most likely does. */
@@ -327,17 +451,12 @@ static bool refresh_moving(gn_light_buffer *buffer)
         if (tile->used + 1 == buffer->time && tile->moved != buffer->moved && !tile->refused)
             stale[count++] = tile;
     }
-    const bool complete = stale && build_tiles(buffer, stale, count);
+    const uint32_t tiles = buffer->tile_count;
+    const bool complete = stale && build_tiles(buffer, stale, count, buffer->time - 1);
+    if (complete && buffer->tile_count < tiles)
+        fill_slots(buffer);
     gn_free(buffer->context, stale);
     return complete;
-}
-
-static bool has_moving(const gn_light_buffer *buffer)
-{
-    uint32_t count = 0;
-    for (uint32_t face = 0; face < GN_LIGHT_FACES; face++)
-        count += buffer->items[GN_CASTERS_DYNAMIC][face].count;
-    return count > 0;
 }
 
 gn_result gn_light_buffer_update(gn_light_buffer *buffer, const gn_scene *scene,
@@ -367,8 +486,11 @@ gn_result gn_light_buffer_update(gn_light_buffer *buffer, const gn_scene *scene,
         const bool before = has_moving(buffer);
         if (!list_casters(buffer, GN_CASTERS_DYNAMIC))
             return fail_memory(buffer);
-        if (!same || before || has_moving(buffer))
+        if (!same || before || has_moving(buffer)) {
             buffer->moved++;
+            buffer->moving_level = find_moving_level(buffer);
+            drop_moving(buffer);
+        }
     }
     buffer->scene_number = scene->number;
     buffer->accel_number = scene->accel_number;
@@ -379,6 +501,12 @@ gn_result gn_light_buffer_update(gn_light_buffer *buffer, const gn_scene *scene,
     return GN_OK;
 }
 
+/* Are a tile's rays left to the tree? */
+static bool is_left(const gn_light_buffer *buffer, const gn_light_tile *tile)
+{
+    return tile->refused || (tile->moved == buffer->moved && tile->moving && tile->moving->refused);
+}
+
 gn_result gn_light_buffer_grow(gn_light_buffer *buffer)
 {
     const double start = gn_milliseconds();
@@ -386,7 +514,7 @@ gn_result gn_light_buffer_grow(gn_light_buffer *buffer)
     uint32_t count;
     bool complete = list_wanted(buffer, &wanted, &count);
     if (complete && count > 0)
-        complete = build_tiles(buffer, wanted, count);
+        complete = build_tiles(buffer, wanted, count, buffer->time);
     gn_free(buffer->context, wanted);
     if (!complete)
         return fail_memory(buffer);
@@ -395,130 +523,8 @@ gn_result gn_light_buffer_grow(gn_light_buffer *buffer)
     fill_slots(buffer);
     buffer->info.tiles = buffer->tile_count;
     for (uint32_t i = 0; i < buffer->tile_count; i++)
-        buffer->info.refused += buffer->tiles[i]->refused && buffer->tiles[i]->used == buffer->time;
+        buffer->info.refused +=
+            buffer->tiles[i]->used == buffer->time && is_left(buffer, buffer->tiles[i]);
     buffer->info.build_ms += gn_milliseconds() - start;
     return GN_OK;
-}
-
-/* Pictures ------------------------------------------------------------------------------------ */
-
-/* What the lists of the cell hold that a point of the tile lies in. */
-static float length_at(const gn_light_tile *tile, const double place[2])
-{
-    uint32_t entries = 0;
-    for (int casters = 0; casters < 2; casters++) {
-        const gn_light_lists *lists = &tile->lists[casters];
-        uint32_t cell[2];
-        for (int k = 0; k < 2 && lists->cells > 0; k++) {
-            const double part = (place[k] - tile->centre[k] + tile->half) / (2.0 * tile->half);
-            cell[k] = (uint32_t)(part * lists->cells);
-            cell[k] = cell[k] < lists->cells ? cell[k] : lists->cells - 1;
-        }
-        if (lists->cells > 0)
-            entries += lists->cell[cell[1] * lists->cells + cell[0]].opaque +
-                       lists->cell[cell[1] * lists->cells + cell[0]].masked;
-    }
-    return (float)entries;
-}
-
-/* What a picture shows; rows run downwards. */
-typedef struct square {
-    double left, top, side;
-} square;
-
-/* The first pixel whose centre does not lie before `place`. */
-static uint32_t first_pixel(double place, uint32_t size)
-{
-    return (uint32_t)fmin(fmax(ceil(place - 0.5), 0.0), size);
-}
-
-static void draw_tile(const gn_light_tile *tile, const square *shown, uint32_t size, float *lengths)
-{
-    const double pixels = size / shown->side;
-    const double x0 = (tile->centre[0] - tile->half - shown->left) * pixels;
-    const double y0 = (shown->top - tile->centre[1] - tile->half) * pixels;
-    const double span = 2.0 * tile->half * pixels;
-    const uint32_t left = first_pixel(x0, size), right = first_pixel(x0 + span, size);
-    const uint32_t top = first_pixel(y0, size), bottom = first_pixel(y0 + span, size);
-    for (uint32_t y = top; y < bottom; y++)
-        for (uint32_t x = left; x < right; x++) {
-            const double place[2] = {shown->left + (x + 0.5) / pixels,
-                                     shown->top - (y + 0.5) / pixels};
-            lengths[(size_t)y * size + x] = length_at(tile, place);
-        }
-}
-
-static void draw_tiles(const gn_light_buffer *buffer, uint32_t face, const square *shown,
-                       uint32_t size, float *lengths)
-{
-    double finest = INFINITY, coarsest = 0.0;
-    for (uint32_t i = 0; i < buffer->tile_count; i++)
-        if (buffer->tiles[i]->face == face) {
-            finest = fmin(finest, buffer->tiles[i]->half);
-            coarsest = fmax(coarsest, buffer->tiles[i]->half);
-        }
-    for (size_t i = 0; i < (size_t)size * size; i++)
-        lengths[i] = -1.0f;
-    double half = 2.0 * coarsest;
-    while (half > finest) {
-        half *= 0.5;
-        for (uint32_t i = 0; i < buffer->tile_count; i++)
-            if (buffer->tiles[i]->face == face && buffer->tiles[i]->half == half &&
-                !buffer->tiles[i]->refused)
-                draw_tile(buffer->tiles[i], shown, size, lengths);
-    }
-}
-
-/* All tiles of a face. */
-static square around_tiles(const gn_light_buffer *buffer, uint32_t face)
-{
-    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
-    for (uint32_t i = 0; i < buffer->tile_count; i++) {
-        const gn_light_tile *tile = buffer->tiles[i];
-        for (int k = 0; k < 2 && tile->face == face; k++) {
-            low[k] = fmin(low[k], tile->centre[k] - tile->half);
-            high[k] = fmax(high[k], tile->centre[k] + tile->half);
-        }
-    }
-    const double side = fmax(fmax(high[0] - low[0], high[1] - low[1]), 0.0);
-    return (square){0.5 * (low[0] + high[0] - side), 0.5 * (low[1] + high[1] + side), side};
-}
-
-/* Tiles reach to the horizon, where nothing casts a shadow. Narrows a square to the pixels of it
- * that have lists; false: they fill most of it, or there are none. */
-static bool narrow(const float *lengths, uint32_t size, square *shown)
-{
-    uint32_t low[2] = {size, size}, high[2] = {0, 0};
-    for (uint32_t y = 0; y < size; y++)
-        for (uint32_t x = 0; x < size; x++)
-            if (lengths[(size_t)y * size + x] > 0.0f) {
-                low[0] = x < low[0] ? x : low[0];
-                high[0] = x >= high[0] ? x + 1 : high[0];
-                low[1] = y < low[1] ? y : low[1];
-                high[1] = y + 1;
-            }
-    if (low[0] >= high[0])
-        return false;
-    const double pixel = shown->side / size;
-    /* A pixel more on all sides: what has lists may lie between the centres of two. */
-    const double width = high[0] - low[0] + 2.0, height = high[1] - low[1] + 2.0;
-    const double side = fmax(width, height) * pixel;
-    if (side > 0.75 * shown->side)
-        return false;
-    shown->left += 0.5 * (low[0] + high[0]) * pixel - 0.5 * side;
-    shown->top -= 0.5 * (low[1] + high[1]) * pixel - 0.5 * side;
-    shown->side = side;
-    return true;
-}
-
-void gn_light_buffer_draw(const gn_light_buffer *buffer, uint32_t face, uint32_t size,
-                          float *lengths, float *extent)
-{
-    const bool central = buffer->frame.central;
-    const uint32_t drawn = central ? face : GN_SUN_FACE;
-    square shown = central ? (square){-1.0, 1.0, 2.0} : around_tiles(buffer, drawn);
-    do
-        draw_tiles(buffer, drawn, &shown, size, lengths);
-    while (!central && narrow(lengths, size, &shown));
-    *extent = (float)shown.side;
 }

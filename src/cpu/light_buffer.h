@@ -60,19 +60,24 @@ typedef struct gn_light_lists {
     gn_light_cell *cell; /* row by row */
     float *data;         /* loads of GN_PACKET floats may pass its last entry */
     double depth;        /* that depths are relative to */
+    double left, bottom; /* of the first cell */
+    double size, scale;  /* of a cell, and one over it: powers of two */
     uint64_t entries, triangles;
     size_t bytes;
 } gn_light_lists;
 
+/* A square of the view, and its lists: of casters that stand or of those that move. */
 typedef struct gn_light_tile {
     uint64_t key;
     uint32_t face;
     double centre[2], half; /* of the square, in the face's plane */
     bool refused, too_long; /* its rays go to the tree; since its lists are too long, or for want of
                                memory */
-    _Atomic uint64_t used;  /* the frame that last asked for it */
-    uint64_t moved;         /* the state of moving casters that lists[GN_CASTERS_DYNAMIC] are of */
-    gn_light_lists lists[2]; /* by gn_casters */
+    gn_light_lists lists;
+    /* Only of tiles of casters that stand: */
+    _Atomic uint64_t used; /* the frame that last asked for it */
+    uint64_t moved;        /* the state of moving casters that `moving` is of; 0: not built */
+    struct gn_light_tile *moving; /* around this one, of casters that move; NULL: there are none */
 } gn_light_tile;
 
 /* Open addressing. Rays add keys, without tiles, while they are traced; everything else happens
@@ -92,6 +97,39 @@ static inline uint64_t gn_light_key(uint32_t face, int32_t level, int32_t column
            (uint64_t)(column + (1 << 25)) << 26 | (uint64_t)(row + (1 << 25));
 }
 
+/* Cells of a tile, a side, at most. */
+enum { GN_LIGHT_CELL_BITS = 6, GN_LIGHT_CELLS = 1 << GN_LIGHT_CELL_BITS };
+
+/* A triangle on its way into a tile's lists, relative to the tile's centre. */
+typedef struct gn_light_triangle {
+    float x[3], y[3], w[3];  /* w: 1 under a sun */
+    float least, most;       /* depth (gnomon/shadow/light_buffer.h) */
+    double plane[3];         /* depth is plane[0] x + plane[1] y + plane[2] */
+    uint8_t low[2], high[2]; /* the first and the last of GN_LIGHT_CELLS columns, and rows */
+    bool masked, thin;       /* thin: seen edge on, so that its edges and plane say nothing */
+    uint32_t id;
+} gn_light_triangle;
+
+#define GN_LIGHT_MASKED 0x80000000u
+typedef struct gn_light_pair {
+    uint32_t triangle, cell; /* cell: and GN_LIGHT_MASKED of a masked triangle */
+    double least;            /* depth in the cell */
+} gn_light_pair;
+
+/* A thread's room to build tiles in, kept from frame to frame. */
+typedef struct gn_light_scratch {
+    gn_light_triangle *triangles;
+    gn_sort_item *order, *spare;
+    gn_light_pair *pairs, *sorted;
+    double *covers;   /* of each cell, the depth behind which nothing counts */
+    uint32_t *counts; /* of each cell, opaque and masked */
+    uint32_t *starts; /* of each cell, in `sorted` */
+    uint64_t
+        pairs_at[GN_LIGHT_CELL_BITS + 1]; /* that tiles of 1, 2, 4... cells a side would have */
+    uint32_t triangle_count, triangle_capacity, order_capacity, spare_capacity, pair_count,
+        pair_capacity, sorted_capacity;
+} gn_light_scratch;
+
 typedef struct gn_light_buffer {
     gn_context *context;
     const gn_scene *scene;
@@ -107,9 +145,15 @@ typedef struct gn_light_buffer {
     _Atomic uint32_t slots_used;
     gn_light_tile **tiles;
     uint32_t tile_count, tile_capacity;
+    /* Moving casters have tiles of their own, made anew when they move: 2^moving_level wide, or as
+     * wide as the tiles that they are around. */
+    gn_light_tile **moving;
+    uint32_t moving_count, moving_capacity;
+    int32_t moving_level;
     uint64_t time;              /* frames */
     uint64_t moved;             /* counts the states of moving casters */
     size_t limit;               /* bytes that its tiles may take */
+    gn_light_scratch *scratch;  /* one a thread */
     _Atomic uint64_t tree_rays; /* of this call */
     gn_light_buffer_info info;  /* but for tree_rays */
 } gn_light_buffer;
@@ -134,40 +178,5 @@ bool gn_light_items_add(gn_light_buffer *buffer, uint32_t instance, gn_light_ite
 void gn_light_items_free(gn_context *context, gn_light_items *items);
 /* axes * world matrix of an instance, and the translation behind it: rows of four. */
 void gn_light_matrix(const gn_light_buffer *buffer, uint32_t instance, double rows[3][4]);
-
-/* Inner loops ----------------------------------------------------------------------------------*/
-
-/* Cells of a tile, a side, at most. */
-enum { GN_LIGHT_CELL_BITS = 6, GN_LIGHT_CELLS = 1 << GN_LIGHT_CELL_BITS };
-
-/* A triangle on its way into a tile's lists, relative to the tile's centre. */
-typedef struct gn_light_triangle {
-    float x[3], y[3], w[3];  /* w: 1 under a sun */
-    float least, most;       /* depth (gnomon/shadow/light_buffer.h) */
-    double plane[3];         /* depth is plane[0] x + plane[1] y + plane[2] */
-    uint8_t low[2], high[2]; /* the first and the last of GN_LIGHT_CELLS columns, and rows */
-    bool masked, thin;       /* thin: seen edge on, so that its edges and plane say nothing */
-    uint32_t id;
-} gn_light_triangle;
-
-#define GN_LIGHT_MASKED 0x80000000u
-typedef struct gn_light_pair {
-    uint32_t triangle, cell; /* cell: and GN_LIGHT_MASKED of a masked triangle */
-    double least;            /* depth in the cell */
-} gn_light_pair;
-
-/* A thread's room. */
-typedef struct gn_light_scratch {
-    gn_light_triangle *triangles;
-    gn_sort_item *order, *spare;
-    gn_light_pair *pairs, *sorted;
-    double *covers;   /* of each cell, the depth behind which nothing counts */
-    uint32_t *counts; /* of each cell, opaque and masked */
-    uint32_t *starts; /* of each cell, in `sorted` */
-    uint64_t
-        pairs_at[GN_LIGHT_CELL_BITS + 1]; /* that tiles of 1, 2, 4... cells a side would have */
-    uint32_t triangle_count, triangle_capacity, order_capacity, spare_capacity, pair_count,
-        pair_capacity, sorted_capacity;
-} gn_light_scratch;
 
 #endif
