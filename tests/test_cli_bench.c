@@ -355,7 +355,7 @@ static void results_of_a_sweep_can_be_compared(void **state)
 static void an_interrupt_prints_what_is_finished(void **state)
 {
     (void)state;
-    /* A slow machine may not have begun after the first of these times. */
+    /* A slow machine may not have begun, or not even be in main(), after the first of these. */
     static const char *const seconds[] = {"0.8", "2", "5"};
     unsigned finished = 0;
     for (int i = 0; i < 3 && finished == 0; i++) {
@@ -368,7 +368,6 @@ static void an_interrupt_prints_what_is_finished(void **state)
         read_all(".out", out, sizeof out);
         read_all(".err", err, sizeof err);
         assert_int_equal(WEXITSTATUS(status), 130);
-        expect_text(err, "interrupted");
         const char *said = strstr(err, "interrupted; ");
         if (!said || sscanf(said, "interrupted; %u of 1000 runs", &finished) != 1)
             finished = 0;

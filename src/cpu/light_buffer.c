@@ -155,8 +155,10 @@ static int32_t find_moving_level(const gn_light_buffer *buffer)
             const double width = (double)items->high[0][i] - (double)items->low[0][i];
             const double height = (double)items->high[1][i] - (double)items->low[1][i];
             const double side = sqrt(width * height);
-            sum += isfinite(side) ? side : 0.0;
-            count += isfinite(side);
+            if (isfinite(side)) {
+                sum += side;
+                count++;
+            }
         }
     }
     const double side = GN_LIGHT_CELLS / 8.0 * sum / count;
