@@ -195,20 +195,20 @@ static gn_bounds box_of_slice(const gn_cascades *c, double near, double far, con
 
 /* Slices -------------------------------------------------------------------------------------- */
 
-/* The power of 2^(1/4) next to x > 0, not below it (up) or not above it. By tables: the same
- * everywhere. */
-static double round_to_step(double x, bool up)
+/* The power of 2^(1/4), times `unit`, next to x > 0, not below it (up) or not above it. By tables:
+ * the same everywhere. */
+static double round_to_step(double x, double unit, bool up)
 {
     static const double steps[5] = {0.5, 0.5946035575013605, 0.7071067811865476, 0.8408964152537145,
                                     1.0};
     int exponent;
-    const double mantissa = frexp(x, &exponent);
+    const double mantissa = frexp(x / unit, &exponent);
     int step = 0;
     while (step < 4 && steps[step + 1] <= mantissa)
         step++;
     if (up && steps[step] < mantissa)
         step++;
-    return ldexp(steps[step], exponent);
+    return unit * ldexp(steps[step], exponent);
 }
 
 static void split(gn_cascades *c, double near, double far, double seen_far, const gn_map_desc *desc)
@@ -283,9 +283,13 @@ gn_cascades gn_cascades_make(const gn_camera *camera, float aspect, const float 
     const gn_bounds seen = box_of_slice(&c, begin, end, &c.camera);
     const double offset = dot(c.eye, c.camera.forward);
     const double seen_near = seen.low[2] - offset, seen_far = fmin(seen.high[2] - offset, end);
-    const double far =
-        desc->distance > 0.0f ? (double)desc->distance : round_to_step(fmax(seen_far, 1e-30), true);
-    const double near = seen_near > begin ? fmax(begin, round_to_step(seen_near, false)) : begin;
+    /* A length that is the camera's, so that a scene in other units has the same cascades: a metre
+     * where the near plane is at 0.1. */
+    const double unit = c.orthographic ? c.half_height : 10.0 * begin;
+    const double far = desc->distance > 0.0f ? (double)desc->distance
+                                             : round_to_step(fmax(seen_far, 1e-30), unit, true);
+    const double near =
+        seen_near > begin ? fmax(begin, round_to_step(seen_near, unit, false)) : begin;
     if (seen_near <= seen_far && near < far)
         split(&c, near, far, seen_far, desc);
     return c;
