@@ -290,11 +290,48 @@ static void test_short_of_memory(void **state)
     gn_scene_destroy(&scene);
 }
 
+/* What the automatic choice takes for pictures of a size. */
+static gn_tracer_kind choice(gn_scene *scene, const char *method, uint32_t width, uint32_t height)
+{
+    gn_view *view = new_view(width, height);
+    gn_history *history;
+    ok(gn_history_create(device, &history));
+    const gn_gbuffer *g = look(view, scene, 0, 0);
+    gn_visibility_desc desc = ray_desc(method, 0, GN_TRACER_AUTO);
+    float *visibility = calloc((size_t)width * height, sizeof *visibility);
+    assert_non_null(visibility);
+    gn_visibility_stats stats = {0};
+    ok(gn_scene_visibility(scene, g, &desc, visibility, &stats));
+    assert_int_equal(stats.tracer, GN_TRACER_BVH); /* no history keeps a light buffer */
+    desc.history = history;
+    stats = (gn_visibility_stats){0};
+    ok(gn_scene_visibility(scene, g, &desc, visibility, &stats));
+    free(visibility);
+    gn_history_destroy(&history);
+    gn_view_destroy(&view);
+    return stats.tracer;
+}
+
+/* Moving casters are worth their lists where pictures are large enough. */
+static void test_choice(void **state)
+{
+    (void)state;
+    gn_scene *court = built_in("court", 1, 1), *box = built_in("leafbox", 0.5, 1);
+    assert_int_equal(choice(court, "ray", 96, 54), GN_TRACER_BVH);
+    assert_int_equal(choice(court, "ray", 960, 540), GN_TRACER_LIGHT_BUFFER);
+    assert_int_equal(choice(court, "lt-vsm", 960, 540), GN_TRACER_BVH);
+    /* Nothing moves there. */
+    assert_int_equal(choice(box, "ray", 96, 54), GN_TRACER_LIGHT_BUFFER);
+    gn_scene_destroy(&court);
+    gn_scene_destroy(&box);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_lights_move),  cmocka_unit_test(test_camera_moves),
         cmocka_unit_test(test_casters_move), cmocka_unit_test(test_nodes_added),
-        cmocka_unit_test(test_leak_tracing), cmocka_unit_test(test_short_of_memory)};
+        cmocka_unit_test(test_leak_tracing), cmocka_unit_test(test_short_of_memory),
+        cmocka_unit_test(test_choice)};
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -250,8 +250,8 @@ GN_API gn_result gn_view_trace_gbuffer(gn_view *view, const gn_scene *scene, uin
 
 /* Visibility of desc->light at each pixel of a G-buffer, the caller's own or a view's, into
  * visibility (width * height floats in [0,1]; 0 where the surface faces away or is sky, beyond a
- * light's range or outside its cone). Reads position, normal, origin_error and cone_width; where
- * there is no surface, the normal is 0. stats may be NULL.
+ * light's range or outside its cone). Reads position, normal, origin_error, cone_width and
+ * surface. stats may be NULL.
  * Implements steps 4 to 8 of sections 3.1 and 3.2 of the ray cone paper. */
 GN_API gn_result gn_scene_visibility(const gn_scene *scene, const gn_gbuffer *gbuffer,
                                      const gn_visibility_desc *desc, float *visibility,

@@ -6,8 +6,10 @@
 #include "render/cascade.h"
 #include "render/device.h"
 
-/* Moving casters are put into their lists anew every frame, some 0.1 us a triangle and tile. */
-#define MOST_MOVING 65536u
+/* Triangles that move are put into lists anew every frame. One costs what the light buffer gains on
+ * so many pixels: few where foliage makes the tree slow, many where nothing is masked. */
+#define MASKED_PIXELS 32.0
+#define OPAQUE_PIXELS 192.0
 
 /* Orthogonal to the last bits of a double: a ray has one place in the view. */
 static void set_axes(const float direction[3], double axes[3][3])
@@ -48,36 +50,41 @@ static gn_light_frame frame_of(const gn_light *light, float clip)
     return frame;
 }
 
-/* Triangles that move, or stand but take the way that moves. */
-static uint64_t count_moving(const gn_scene *scene)
+/* Pixels from which on the light buffer gains more than moving casters cost it. */
+static double count_least_pixels(const gn_scene *scene)
 {
     const gn_accel *accel = scene->accel;
-    uint64_t count = 0;
+    double moving = 0.0, masked = 0.0, all = 0.0;
     for (uint32_t i = 0; i < accel->instance_count; i++) {
         const gn_instance *instance = &accel->instances[i];
+        const uint32_t *counts = instance->tree->counts;
+        const double count = (double)counts[GN_GEOMETRY_OPAQUE] + counts[GN_GEOMETRY_MASKED];
         if (instance->node != GN_NONE && scene->nodes[instance->node].animated)
-            count += instance->tree->counts[GN_GEOMETRY_OPAQUE] +
-                     instance->tree->counts[GN_GEOMETRY_MASKED];
+            moving += count;
+        masked += counts[GN_GEOMETRY_MASKED];
+        all += count;
     }
-    return count;
+    const double share = all > 0.0 ? masked / all : 0.0;
+    return moving * (share * MASKED_PIXELS + (1.0 - share) * OPAQUE_PIXELS);
 }
 
 /* Is the light buffer expected to be faster, over a walk through the scene (docs/decisions.md)?
  * Asks nothing but what a frame is of: its bits must not depend on the frames before. */
-static bool suits_light_buffer(const gn_scene *scene, const gn_visibility_desc *desc)
+static bool suits_light_buffer(const gn_scene *scene, const gn_visibility_desc *desc, double pixels)
 {
     const uint32_t node = scene->lights[desc->light].node;
     const bool stands = node == GN_NONE || !scene->nodes[node].animated;
     return desc->history && desc->method->trace == GN_TRACE_ALL && stands &&
-           count_moving(scene) <= MOST_MOVING;
+           pixels >= count_least_pixels(scene);
 }
 
-gn_result gn_choose_tracer(const gn_scene *scene, const gn_visibility_desc *desc,
+gn_result gn_choose_tracer(const gn_scene *scene, const gn_visibility_desc *desc, size_t pixels,
                            gn_history *history, gn_tracer *tracer)
 {
     const bool automatic = desc->tracer == GN_TRACER_AUTO;
     *tracer = (gn_tracer){.accel = scene->accel};
-    if (desc->tracer == GN_TRACER_BVH || (automatic && !suits_light_buffer(scene, desc)))
+    if (desc->tracer == GN_TRACER_BVH ||
+        (automatic && !suits_light_buffer(scene, desc, (double)pixels)))
         return GN_OK;
     const gn_light *light = &scene->lights[desc->light];
     const gn_light_frame frame = frame_of(light, desc->point_light_clip);

@@ -5,9 +5,9 @@
 #include "cpu/light_buffer.h"
 #include "render/history.h"
 
-/* Chooses between tree and light buffer (desc->tracer) for the rays of one call, and makes the
- * history's light buffer ready. */
-gn_result gn_choose_tracer(const gn_scene *scene, const gn_visibility_desc *desc,
+/* Chooses between tree and light buffer (desc->tracer) for the rays of a picture of so many pixels,
+ * and makes the history's light buffer ready. */
+gn_result gn_choose_tracer(const gn_scene *scene, const gn_visibility_desc *desc, size_t pixels,
                            gn_history *history, gn_tracer *tracer);
 
 /* Says what was chosen, after the rays. */

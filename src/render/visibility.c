@@ -48,7 +48,8 @@ static gn_result trace_all(const gn_scene *scene, const gn_gbuffer *gbuffer,
                              .entries = stats->entries,
                              .traced = stats->traced};
     const double start = gn_milliseconds();
-    GN_TRY(gn_choose_tracer(scene, desc, history, &job.tracer));
+    GN_TRY(gn_choose_tracer(scene, desc, (size_t)gbuffer->width * gbuffer->height, history,
+                            &job.tracer));
     GN_TRY(gn_cpu_visibility(&scene->device->cpu, &job, desc, &stats->rays));
     gn_describe_tracer(&job.tracer, stats);
     stats->trace_ms = gn_milliseconds() - start;
@@ -147,7 +148,8 @@ static gn_result trace_leaks(const gn_scene *scene, const gn_gbuffer *gbuffer,
     if (desc->method->mask)
         GN_TRY(gn_history_begin_mask(history, desc->light, desc->camera, gbuffer,
                                      job.desc.depth_test == GN_SWITCH_ON, &job.mask));
-    gn_result result = gn_choose_tracer(scene, desc, history, &job.rays.tracer);
+    gn_result result = gn_choose_tracer(scene, desc, (size_t)gbuffer->width * gbuffer->height,
+                                        history, &job.rays.tracer);
     if (result == GN_OK)
         result = gn_cpu_leak(&scene->device->cpu, &job, desc);
     /* What rays have missed is there for the next frame. */
