@@ -139,7 +139,7 @@ cp "$work/tree.png" "$folder/leak-tree.png"
 jq -r '[.methods[0:4][].series.wrong] | transpose | .[] | map(100 * .) | @tsv' "$work/walk.json" \
     >"$work/walk.tsv"
 gnuplot <<PLOT
-set terminal svg size 720,300 font "sans-serif,12"
+set terminal svg size 720,300 font "sans-serif,12" background "white"
 set output "$folder/leak-walk.svg"
 set xlabel "frame"
 set ylabel "wrong pixels, %"

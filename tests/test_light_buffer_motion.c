@@ -318,8 +318,8 @@ static void test_choice(void **state)
     (void)state;
     gn_scene *court = built_in("court", 1, 1), *box = built_in("leafbox", 0.5, 1);
     assert_int_equal(choice(court, "ray", 96, 54), GN_TRACER_BVH);
-    assert_int_equal(choice(court, "ray", 960, 540), GN_TRACER_LIGHT_BUFFER);
-    assert_int_equal(choice(court, "lt-vsm", 960, 540), GN_TRACER_BVH);
+    assert_int_equal(choice(court, "ray", 640, 360), GN_TRACER_LIGHT_BUFFER);
+    assert_int_equal(choice(court, "lt-vsm", 640, 360), GN_TRACER_BVH);
     /* Nothing moves there. */
     assert_int_equal(choice(box, "ray", 96, 54), GN_TRACER_LIGHT_BUFFER);
     gn_scene_destroy(&court);

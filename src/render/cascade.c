@@ -284,8 +284,8 @@ gn_cascades gn_cascades_make(const gn_camera *camera, float aspect, const float 
     const double offset = dot(c.eye, c.camera.forward);
     const double seen_near = seen.low[2] - offset, seen_far = fmin(seen.high[2] - offset, end);
     /* A length that is the camera's, so that a scene in other units has the same cascades: a metre
-     * where the near plane is at 0.1. */
-    const double unit = c.orthographic ? c.half_height : 10.0 * begin;
+     * where the near plane is at 0.1. One that begins at the eye has none. */
+    const double unit = c.orthographic ? c.half_height : begin > 0.0 ? 10.0 * begin : 1.0;
     const double far = desc->distance > 0.0f ? (double)desc->distance
                                              : round_to_step(fmax(seen_far, 1e-30), unit, true);
     const double near =
