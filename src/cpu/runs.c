@@ -91,6 +91,47 @@ static void fill_run(const gn_triangle_tree *tree, int kind, const gn_sort_item 
     }
 }
 
+/* One kind of a tree's triangles, in parts. */
+typedef struct part_job {
+    const gn_triangle_tree *tree;
+    int kind;
+    gn_runs *runs;
+    uint32_t first_run; /* of this kind */
+    gn_sort_item *items;
+    const gn_sort_item *sorted;
+} part_job;
+
+enum { PART_RUNS = 64, PART = PART_RUNS * GN_RUN };
+
+static uint32_t part_end(const part_job *job, uint32_t part)
+{
+    const uint32_t count = job->tree->counts[job->kind];
+    return count - part * PART < PART ? count : (part + 1) * PART;
+}
+
+static void make_keys(uint32_t part, uint32_t thread, void *user)
+{
+    const part_job *job = user;
+    (void)thread;
+    for (uint32_t i = part * PART; i < part_end(job, part); i++) {
+        const float *corners[3];
+        tree_corners(job->tree, job->kind, i, corners);
+        job->items[i] = (gn_sort_item){morton(&job->runs->bounds, corners), i};
+    }
+}
+
+static void fill_runs(uint32_t part, uint32_t thread, void *user)
+{
+    const part_job *job = user;
+    const uint32_t end = part_end(job, part);
+    (void)thread;
+    for (uint32_t i = part * PART; i < end; i += GN_RUN) {
+        const uint32_t run = job->first_run + i / GN_RUN;
+        fill_run(job->tree, job->kind, job->sorted + i, end - i < GN_RUN ? end - i : GN_RUN,
+                 job->runs->batches + (size_t)run * GN_RUN_BATCHES, &job->runs->boxes[run]);
+    }
+}
+
 static gn_runs *build(gn_context *context, const gn_triangle_tree *tree)
 {
     const uint32_t most = tree->counts[0] > tree->counts[1] ? tree->counts[0] : tree->counts[1];
@@ -110,18 +151,16 @@ static gn_runs *build(gn_context *context, const gn_triangle_tree *tree)
     runs->bounds = empty_box();
     for (uint32_t v = 0; v < tree->vertex_count; v++)
         grow_box(&runs->bounds, tree->vertices + (size_t)v * 3);
-    uint32_t run = 0;
     for (int kind = 0; kind < 2; kind++) {
-        const uint32_t count = tree->counts[kind];
-        for (uint32_t i = 0; i < count; i++) {
-            const float *corners[3];
-            tree_corners(tree, kind, i, corners);
-            items[i] = (gn_sort_item){morton(&runs->bounds, corners), i};
-        }
-        const gn_sort_item *sorted = gn_sort(items, spare, count);
-        for (uint32_t i = 0; i < count; i += GN_RUN, run++)
-            fill_run(tree, kind, sorted + i, count - i < GN_RUN ? count - i : GN_RUN,
-                     runs->batches + (size_t)run * GN_RUN_BATCHES, &runs->boxes[run]);
+        const uint32_t parts = (tree->counts[kind] + PART - 1) / PART;
+        part_job job = {.tree = tree,
+                        .kind = kind,
+                        .runs = runs,
+                        .first_run = kind == 0 ? 0 : runs->first_masked,
+                        .items = items};
+        gn_parallel_for(context, parts, make_keys, &job);
+        job.sorted = gn_sort(items, spare, tree->counts[kind]);
+        gn_parallel_for(context, parts, fill_runs, &job);
     }
     gn_free(context, items);
     gn_free(context, spare);
