@@ -15,18 +15,23 @@
 /* Shadow rays as a tracer gets them, those of a tile at most, and its answer. Directions have unit
  * length. Rays that lie close together should follow each other. */
 enum { GN_RAYS = GN_TILE * GN_TILE };
+
+/* Room for that many, and a line of the cache: were the arrays a multiple of 4 KiB, equal places of
+ * all of them would share the few ways of one set of the first cache. */
+enum { GN_RAY_ROOM = GN_RAYS + 16 };
+
 typedef struct gn_shadow_rays {
     uint32_t count; /* <= GN_RAYS */
-    float origin[3][GN_RAYS];
-    float direction[3][GN_RAYS]; /* towards the light */
-    float distance[GN_RAYS];     /* where the ray ends; INFINITY for a sun */
-    float cone_width[GN_RAYS];   /* at the origin, before Hit */
-    float cone_angle[GN_RAYS];
-    float width[GN_RAYS];      /* of the pixel's cone at the surface: how far apart rays are */
-    float visibility[GN_RAYS]; /* out: before the cutoff's rescaling; 0: blocked */
-    float lod[GN_RAYS];        /* out, where statistics are asked for */
-    float lookups[GN_RAYS];    /* out, likewise */
-    float entries[GN_RAYS];    /* out, likewise: gn_visibility_stats.entries */
+    float origin[3][GN_RAY_ROOM];
+    float direction[3][GN_RAY_ROOM]; /* towards the light */
+    float distance[GN_RAY_ROOM];     /* where the ray ends; INFINITY for a sun */
+    float cone_width[GN_RAY_ROOM];   /* at the origin, before Hit */
+    float cone_angle[GN_RAY_ROOM];
+    float width[GN_RAY_ROOM];      /* of the pixel's cone at the surface: how far apart rays are */
+    float visibility[GN_RAY_ROOM]; /* out: before the cutoff's rescaling; 0: blocked */
+    float lod[GN_RAY_ROOM];        /* out, where statistics are asked for */
+    float lookups[GN_RAY_ROOM];    /* out, likewise */
+    float entries[GN_RAY_ROOM];    /* out, likewise: gn_visibility_stats.entries */
 } gn_shadow_rays;
 
 /* The ray query's context as the filters see it: Embree's own, and behind it ours. */
@@ -66,7 +71,7 @@ typedef struct gn_visibility_job {
     float *visibility;
     float *lod, *lookups, *entries; /* may be NULL */
     float *traced;                  /* may be NULL; 1 where there was a ray, 0 before */
-    uint8_t *missed; /* of a patient tracer: set for each tile that is not answered */
+    uint8_t *missed; /* of a patient tracer: set for each tile (gn_ray_tiles) without an answer */
 } gn_visibility_job;
 
 /* A perspective or orthographic camera ready to make rays. */
@@ -122,6 +127,26 @@ typedef struct gn_kernels {
 extern const gn_kernels gn_kernels_scalar;
 extern const gn_kernels gn_kernels_avx2;
 extern const gn_kernels gn_kernels_avx512;
+
+/* The pixels whose shadow rays are made and traced together, GN_RAYS of them. The tree gets
+ * squares, whose packets are compact; a light buffer sorts rays by itself, and long rows are read
+ * faster. */
+typedef struct gn_ray_tiles {
+    uint32_t width, height; /* pixels of a tile */
+    uint32_t across, count; /* tiles of the picture */
+} gn_ray_tiles;
+
+static inline gn_ray_tiles gn_ray_tiles_of(const gn_visibility_job *job)
+{
+    gn_ray_tiles t = {.width = GN_TILE, .height = GN_TILE};
+    if (job->tracer.buffer) {
+        t.width = 2 * GN_TILE;
+        t.height = GN_TILE / 2;
+    }
+    t.across = (job->gbuffer->width + t.width - 1) / t.width;
+    t.count = t.across * ((job->gbuffer->height + t.height - 1) / t.height);
+    return t;
+}
 
 static inline uint32_t gn_strips(uint32_t rows)
 {

@@ -41,8 +41,7 @@ gn_result gn_cpu_visibility(const gn_cpu *cpu, gn_visibility_job *job,
 {
     gn_cpu_prepare_rays(job, desc);
     run r = {.job = job, .rays = 0};
-    const uint32_t tiles =
-        gn_tiles_across(job->gbuffer->width) * gn_tiles_across(job->gbuffer->height);
+    const uint32_t tiles = gn_ray_tiles_of(job).count;
     if (job->tracer.buffer) {
         job->missed = gn_alloc_zero(cpu->context, tiles, 1);
         if (!job->missed)
