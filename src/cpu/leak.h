@@ -47,7 +47,7 @@ enum {
 enum { GN_LEAK_BLOCK = 8 };
 
 /* Columns that are tested row by row before the next ones: the rows read much the same texels. */
-enum { GN_LEAK_COLUMNS = 256 };
+enum { GN_LEAK_COLUMNS = 640 };
 
 /* A thread's room for one strip of the picture. */
 typedef struct gn_leak_thread {
@@ -66,7 +66,7 @@ typedef struct gn_leak_run {
     const gn_map_reader *reader;
     bool masked; /* the method has a mask: what it has not seen gets a ray */
     float jitter_x, jitter_y;
-    uint16_t *asks; /* what the mask of the frame before asks for, a pixel; one more (leak.inc) */
+    uint16_t *asks; /* what the mask of the frame before asks for, a pixel (leak.inc) */
     gn_leak_thread *threads;
 } gn_leak_run;
 
