@@ -112,8 +112,9 @@ static uint32_t part_end(const part_job *job, uint32_t part)
 static void make_keys(uint32_t part, uint32_t thread, void *user)
 {
     const part_job *job = user;
+    const uint32_t end = part_end(job, part);
     (void)thread;
-    for (uint32_t i = part * PART; i < part_end(job, part); i++) {
+    for (uint32_t i = part * PART; i < end; i++) {
         const float *corners[3];
         tree_corners(job->tree, job->kind, i, corners);
         job->items[i] = (gn_sort_item){morton(&job->runs->bounds, corners), i};
